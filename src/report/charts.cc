@@ -19,14 +19,14 @@
 namespace truetriad {
 namespace {
 
-/// From where to where a limit from `lower` (infinite: open) is drawn: what is allowed; about or
-/// beyond a limit that is alone, so far that the value is seen.
+/// The interval in which a limit from `lower` (infinite: none) is drawn. Two limits are its ends; a
+/// single limit gets an interval wide enough that the value is seen.
 Range ShownOf(const LimitCheck& check, double lower) {
   const double upper = check.limit.upper;
   if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {lower, upper};
   const double alone = std::isfinite(upper) ? upper : lower;
   const double room = std::isfinite(upper) ? upper - check.worst : check.worst - lower;
-  // What is beyond it ends where kBeyond of the reach does.
+  // A value beyond the limit lies at most 1/6 of the reach outside it, within LimitLayout::beyond.
   double reach =
       std::max({std::abs(alone), 4.0 * check.sigma, room > 0.0 ? 1.25 * room : -6.0 * room});
   if (!(reach > 0.0) || !std::isfinite(reach)) reach = 1.0;
@@ -34,14 +34,14 @@ Range ShownOf(const LimitCheck& check, double lower) {
           std::isfinite(lower) ? alone + reach : alone};
 }
 
-/// The sizes of a chart of limits, user units: each name above its bar, as narrow as a telephone.
+/// The sizes of a chart of limits in user units, narrow enough for a telephone: names above bars.
 struct LimitLayout {
-  double left = 16.0;      ///< Where what is worse than the lower limit ends.
-  double allowed = 240.0;  ///< Length of what is allowed.
-  double beyond = 0.2;     ///< Of that, on each side; what is worse ends here.
+  double left = 16.0;      ///< A bar beyond the lower limit ends here.
+  double allowed = 240.0;  ///< The length of the allowed interval.
+  double beyond = 0.2;     ///< Bars end this share of `allowed` beyond it.
   double name = 15.0;      ///< Height of a name.
   double bar = 16.0;
-  double row = 39.0;  ///< Name, bar, and room to the next name.
+  double row = 39.0;  ///< A name, its bar and the gap to the next name.
   double first = left + beyond * allowed;
   double end = first + allowed * (1.0 + beyond);
 };
@@ -52,7 +52,7 @@ class LimitBar {
  public:
   LimitBar(const LimitCheck& check, double top, Svg* svg)
       : check_(check), top_(top), centre_(top + kBars.bar / 2.0), svg_(*svg) {
-    // What is never negative begins at zero.
+    // The bar of a quantity that is never negative begins at zero.
     const Result<LimitName> name = ParseLimitName(check.name);
     is_from_zero_ = name && name->IsNeverNegative() && check.limit.lower <= 0.0;
     lower_ = is_from_zero_ ? 0.0 : check.limit.lower;
@@ -82,8 +82,8 @@ class LimitBar {
     svg_.Line(X(value), top_ - 2.0, X(value), top_ + kBars.bar + 3.0, style);
   }
 
-  /// A value in these is nearer to a limit than k of its σ. Higher than the value, which would hide
-  /// a thin one.
+  /// The guard band: values nearer to a limit than k of their σ. It is drawn higher than the bar,
+  /// which would hide a narrow band.
   void DrawGuard(double low, double high) {
     if (low < high) svg_.Rectangle(X(low), top_ - 2.0, X(high) - X(low), kBars.bar + 4.0, "guard");
   }
@@ -99,7 +99,7 @@ class LimitBar {
     }
     const double worst = check_.worst, x = X(worst);
     svg_.Rectangle(x - 2.0, top_, 4.0, kBars.bar, check_.pass ? "pass" : "fail");
-    // Further out than is drawn.
+    // The value lies beyond the drawn range.
     if (Share(worst) > 1.0 + kBars.beyond) {
       svg_.Text(kBars.end + 4.0, centre_ + 4.0, "»", "start");
     }
@@ -147,17 +147,17 @@ Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
   if (shown.empty() || shown.size() > kMostMarks) return {};
   std::sort(sizes.begin(), sizes.end());
   if (!std::isfinite(sizes.back())) return {};
-  // What is far off sits on the edge with its value, and does not flatten the others.
+  // Very large differences are drawn at the edge with their value, so that the others stay legible.
   const double far = std::max(20.0, 3.0 * sizes[sizes.size() / 2]);
   const double largest = std::max(4.0, std::min(sizes.back(), far) + 1.0);
   const auto count = static_cast<double>(shown.size());
-  const Frame::Box box{.left = 270.0,  // The name of a parameter.
+  const Frame::Box box{.left = 270.0,  // Room for the name of a parameter.
                        .top = 10.0,
                        .width = 440.0,
                        .height = kLayout.cell * count};
   Svg svg(kLayout.width, box.top + box.height + kLayout.bottom, "Differences in σ");
   Frame frame(svg, box, {-largest, largest}, {-count, 1.0});
-  const double all = 2.0 * count + 2.0;  // Beyond the frame, so to its edge.
+  const double all = 2.0 * count + 2.0;  // More than the frame; clamped to its edge.
   frame.DrawBand({{-2.0, all}, {2.0, all}}, {{-2.0, -all}, {2.0, -all}});
   frame.Draw("", "a − b, in σ", /*has_y=*/false);
   frame.DrawLine({{0.0, all}, {0.0, -all}}, "zero");
@@ -185,7 +185,7 @@ Drawing CorrelationDrawing(const NamedCovariance& covariance) {
   const auto count = static_cast<Eigen::Index>(free.size());
   if (count < 2 || count > static_cast<Eigen::Index>(kMostListed)) return {};
 
-  constexpr double kWhite = 0.02;  // What is less is not seen.
+  constexpr double kWhite = 0.02;  // Paler shades are invisible.
   const double side = kLayout.cell * static_cast<double>(count);
   const auto name = [&](Eigen::Index i) -> const std::string& {
     return covariance.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])];
@@ -194,7 +194,7 @@ Drawing CorrelationDrawing(const NamedCovariance& covariance) {
   for (Eigen::Index i = 0; i < count; ++i) longest = std::max(longest, name(i).size());
   const double width = side + kLayout.letter * static_cast<double>(longest) + 10.0;
   Svg svg(width, side + kLayout.cell, "Correlation of the parameters");
-  // One name for row and column, where they meet.
+  // Each name stands once, on the diagonal where its row and column meet.
   for (Eigen::Index i = 0; i < count; ++i) {
     const double y = std::floor(kLayout.cell * (static_cast<double>(i) + 0.5));
     svg.Text(kLayout.cell * static_cast<double>(i + 1) + 5.0,
@@ -224,7 +224,7 @@ Drawing HeadingDrawing(const Calibration& calibration) {
   if (!calibration.IsUsable()) return {};
   std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
   if (errors.empty()) return {};
-  // The circle is closed.
+  // The first error is repeated at 360°, so that the line closes the circle.
   errors.push_back(errors.front());
   errors.back().heading_rad = 360.0 / kDegPerRad;
   Panel raw{"raw heading, error, °", "heading, °", {}, {0.0, 0.0}};
@@ -234,7 +234,7 @@ Drawing HeadingDrawing(const Calibration& calibration) {
     corrected.series[0].Add(heading, 0.0, 2.0 * kDegPerRad * error.sigma_rad);
     if (!error.raw_rad) continue;
     const double raw_deg = kDegPerRad * *error.raw_rad;
-    // A reading that has turned past 180° goes on at the other side.
+    // A reading that passes ±180° continues on the other side with a new line.
     if (raw.series.empty() || std::abs(raw_deg - raw.series.back().points.back().second) > 180.0) {
       raw.series.push_back({.style = "line"});
     }
@@ -247,14 +247,14 @@ Drawing HeadingDrawing(const Calibration& calibration) {
 
 namespace {
 
-/// σ of each axis of a pose's residual by the noise that weighted it, true unit.
+/// σ of each axis of a pose's residual from the noise that weighted it, true unit.
 Eigen::Vector3d AxisSigmas(const TriadCalibration& sensor) {
   const Eigen::Matrix3d spread = sensor.model.Correction() * sensor.noise.sigma.asDiagonal();
   const double excess = sensor.noise.excess_sigma;
   return (spread.rowwise().squaredNorm().array() + excess * excess).sqrt();
 }
 
-/// One sensor's poses.
+/// The residuals of one sensor's poses.
 class Residuals {
  public:
   Residuals(const std::vector<PoseResidual>& poses,
@@ -277,7 +277,7 @@ class Residuals {
     return range;
   }
 
-  /// The scale is that of the poses that count; a rejected one would flatten them.
+  /// The scale is that of the poses used; a rejected one would flatten them.
   Range ValueRange(int axis) const {
     double largest = 3.3 * sigma_[axis];
     for (const PoseResidual* pose : poses_) {
@@ -309,13 +309,13 @@ class Residuals {
     frame->DrawDots(dots, "dots");
   }
 
-  /// Each in σ of its noise, ascending; those that count.
+  /// The residuals of the poses used, each in σ of its noise, ascending.
   std::vector<double> Normalized() const {
     std::vector<double> values;
     for (const PoseResidual* pose : poses_) {
       if (!(pose->weight > 0.0)) continue;
       if (triad_ != Triad::kGyroscope) {
-        // Of the length: that of the axes along which the reading lies.
+        // The σ of the length is that of the axes along which the reading lies.
         const double sigma = pose->direction.cwiseProduct(sigma_).norm();
         if (sigma > 0.0) values.push_back(pose->norm_error / sigma);
         continue;
@@ -345,8 +345,8 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Points points;
   Range both;
   const auto count = static_cast<double>(values.size());
-  // What is further off sits on the edge with its value, and does not flatten the others.
-  constexpr double kFar = 3.0;  // Times where the furthest of so many should be.
+  // Residuals further out are drawn at the edge with their value, and do not flatten the others.
+  constexpr double kFar = 3.0;  // A multiple of the expected largest of so many values.
   const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
     points.emplace_back(NormalQuantile((static_cast<double>(i) + 0.5) / count), values[i]);
@@ -369,7 +369,7 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
                         Triad triad) {
   const Residuals residuals(poses, sensor, triad);
   if (residuals.empty()) return {};
-  // Three low panels, one below the other, and beside them one as high as all.
+  // Three low panels stand one below the other; beside them is one as high as all three.
   constexpr Frame::Box kPanel{.width = 430.0, .height = 76.0};
   const double row = kPanel.height + kLayout.below, all = 2.0 * row + kPanel.height;
   const std::string title = TriadTitle(triad);

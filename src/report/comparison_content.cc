@@ -20,9 +20,9 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kWorstPoses = 5;  // Enough to see whether they are alike.
+constexpr std::size_t kWorstPoses = 5;  // Five poses show whether they have something in common.
 
-/// The poses that the calibration predicts worst, by normalised residual.
+/// The poses with the largest normalised residuals of the calibration's prediction.
 Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   std::stable_sort(residuals.begin(), residuals.end(), [](const auto& a, const auto& b) {
     return std::abs(a.normalized) > std::abs(b.normalized);
@@ -36,7 +36,7 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   return table;
 }
 
-// RMS errors and their ratios to what was predicted.
+// RMS errors and their ratios to the predicted ones.
 Table TableOf(const EvaluationSummary& evaluation) {
   Table table = Headed(
       "RMS of |C(y - b)| - reference; uncalibrated; calibrated; predicted; misfit; unit", "lrrrrl");
@@ -208,7 +208,7 @@ std::string WordsOf(const ErrorOfTwo& error, const SideBySide& both) {
 
 std::string Times(const ErrorOfTwo& error) { return Significant(error.times(), 3) + " times"; }
 
-// "37 times as large (Gyroscope, at rest)", the most of the errors in which this one is better.
+// "37 times as large (Gyroscope, at rest)": the largest ratio of errors in which `better` wins.
 std::string MostOf(const SideBySide& both, Better better) {
   const ErrorOfTwo* most = nullptr;
   for (const ErrorOfTwo& error : both.errors) {

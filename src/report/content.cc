@@ -20,12 +20,12 @@
 namespace truetriad {
 namespace {
 
-/// Of findings of one kind, and of correlations, the first few are listed: the others say the same.
+/// Of findings of one kind, and of correlations, only the first three are listed.
 constexpr std::size_t kFewAlike = 3;
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Correlations above this are worth a sentence: the difference of two such parameters is known to
-/// √(2 · 0.1) = 0.45 of their σ.
+/// Correlations above this are reported. At ρ = 0.9 the difference of two such parameters has σ √(2
+/// · 0.1) = 0.45 of theirs.
 constexpr double kStrongCorrelation = 0.9;
 
 std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion) {
@@ -38,8 +38,8 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     if (std::isinf(noise.excess_dof)) {
       text += " (excess σ, as stated)";
     } else if (noise.excess_dof > 0.0) {
-      // Of the sum, which weights the readings: beside a large rest noise little is known of the
-      // excess alone, and it matters little.
+      // These are the degrees of freedom of the sum, which weights the readings. Where the rest
+      // noise dominates, those of the excess alone are few and have little effect.
       text += " (excess σ; their sum has " +
               (noise.excess_dof < kManyDof ? Significant(noise.excess_dof, 3) : "very many") +
               " degrees of freedom)";
@@ -60,13 +60,13 @@ std::string IntervalSentence(double dof) {
          " effective degrees of freedom).";
 }
 
-/// The most correlated pairs in words, or empty.
+/// The most correlated pairs in words; empty without any.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
   std::vector<std::pair<double, std::string>> strong;  // How strong, and which.
   Eigen::MatrixXd matrix = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (matrix.rows() != size || matrix.cols() != size) return "";
-  // All gains go with gravity, which needs no saying: here as if it were known.
+  // All gains are correlated with gravity through the model, so gravity is conditioned out.
   const auto gravity = std::find(
       covariance.parameters.begin(), covariance.parameters.end(), "reference.gravity_mps2");
   if (gravity != covariance.parameters.end()) {
@@ -79,7 +79,7 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
       const double rho = matrix(i, j) / std::sqrt(matrix(i, i) * matrix(j, j));
-      // Tied entries have ±1 by design; NaN belongs to fixed ones.
+      // Tied entries have ρ = ±1 by design; fixed ones have NaN.
       if (!(std::abs(rho) > kStrongCorrelation) || std::abs(rho) > 1.0 - 1e-9) continue;
       strong.emplace_back(std::abs(rho),
                           covariance.parameters[static_cast<std::size_t>(j)] + " with " +
@@ -99,7 +99,7 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
   return text + ".";
 }
 
-/// The unit in which a limit is stated; empty for a share, and for names of other versions.
+/// The unit of a limit; empty for a share and for a name that this version does not know.
 std::string LimitUnit(const std::string& name) {
   const Result<LimitName> parsed = ParseLimitName(name);
   return parsed ? DisplayUnit(parsed->Unit()) : "";
@@ -117,7 +117,7 @@ std::string AllowedText(const std::string& name, const Limit& limit) {
   return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
 }
 
-/// " (± 0.4978)": what a limit leaves to a value with k of its σ; nothing without a guard band.
+/// " (± 0.4978)": the limit less k σ of the value; empty without a guard band.
 std::string GuardedText(const LimitCheck& check) {
   const double guard = check.guard_band_k * check.sigma;
   if (!(guard > 0.0)) return "";
@@ -156,7 +156,7 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
   section.Add(
       "In true units, so a bias is divided by its gain. P outside: the probability that a "
       "true value is beyond its limit, of any axis and at its worst temperature.");
-  // Files of before do not say it.
+  // Files of earlier versions do not hold it.
   if (const double k = limits.front().guard_band_k; k > 0.0) {
     section.Add("A guard band is set: a value passes only if it is inside its limit by " +
                 Significant(k, 3) + " σ, so within what stands in brackets.");
@@ -167,13 +167,13 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
 
 namespace {
 
-/// A finding and the sensors of which it says the same.
+/// A finding and the sensors that it applies to with the same words.
 struct SharedFinding {
   const Finding* finding;
-  std::vector<std::string> sensors;  ///< that its text begins with
+  std::vector<std::string> sensors;  ///< The sensors with which the text begins.
 };
 
-/// The message without the sensor that it begins with.
+/// The message without the name of the sensor with which it begins.
 std::string_view WithoutSensor(const Finding& finding, std::string_view message) {
   if (!finding.sensor) return message;
   const std::string head = std::string(TriadName(*finding.sensor)) + ": ";
@@ -201,7 +201,7 @@ std::vector<SharedFinding> SharedFindings(const Findings& findings, Severity sev
   return shared;
 }
 
-/// Refusals, then warnings, then notes; of many of one kind the first few.
+/// Refusals, then warnings, then notes; of many of one kind only the first few.
 Section FindingsSection(const Calibration& calibration) {
   Section section{calibration.IsUsable() ? "Findings" : "Why", {}};
   for (const Severity severity : {Severity::kRefusal, Severity::kWarning, Severity::kNote}) {
@@ -212,7 +212,7 @@ Section FindingsSection(const Calibration& calibration) {
       const FindingCode code = finding->code;
       const std::string tag =
           std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
-      // One more than the few takes no more room than to say so.
+      // Listing one more takes no more room than a line that counts it.
       if (code != FindingCode::kMessage && shown[code] == kFewAlike && left[code] > 1) {
         section.Add(Bullet{
             std::to_string(left[code]) + " more like the last; calibration.yaml has all", tag});
@@ -230,7 +230,7 @@ Section FindingsSection(const Calibration& calibration) {
   return section;
 }
 
-/// What a unit's firmware does, in one place.
+/// Adds the corrections of all sensors, as firmware applies them, in one place.
 void AddCorrections(const Calibration& calibration, Section* section) {
   section->Add(Subtitle{"Correction: corrected = C (raw − b)"});
   bool has_more = false;
@@ -295,17 +295,17 @@ Section WeakDirectionsSection(const Quality& quality) {
   return section;
 }
 
-/// What the outcome follows from; files of before findings had codes hold none.
+/// The finding that caused the outcome; files older than the codes of findings hold none.
 Finding WhyRefused(const Findings& findings) {
   if (const Finding* refusal = FirstRefusal(findings)) return *refusal;
   return {FindingCode::kDidNotConverge, "the result does not say why"};
 }
 
-/// "the optimiser did not converge": the meaning of what refuses, within a sentence.
+/// "the optimiser did not converge": the meaning of the refusing code, for use within a sentence.
 std::string ReasonOf(const Calibration& calibration) {
   if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
   const Finding refusal = WhyRefused(calibration.findings);
-  // The meaning of a code that mostly warns says so; what was found is the reason here.
+  // A code that is usually a warning is described as one, so the message itself is the reason here.
   if (FindingKindOf(refusal.code).severity != Severity::kRefusal) {
     const std::string_view sensor = refusal.sensor ? TriadName(*refusal.sensor) : "";
     return PrintableLine(std::string(sensor) + (sensor.empty() ? "" : ": ") + refusal.text);
@@ -317,7 +317,7 @@ std::string ReasonOf(const Calibration& calibration) {
   return meaning;
 }
 
-/// What is wanting where there is no result.
+/// What is missing where there is no result.
 std::string_view ScopeOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::kNotObservable:
@@ -441,7 +441,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration, bool turns) {
                                    ResidualsSection(calibration),
                                    LeftOutSection(quality),
                                    CoverageSection(calibration)};
-  // A reader of a failure wants the reason and the cure before the limits.
+  // For a failure the reason and the cure come before the limits.
   if (!calibration.IsUsable()) {
     std::rotate(sections.begin() + 2, sections.begin() + 6, sections.begin() + 7);
     std::rotate(sections.begin(), sections.begin() + 1, sections.begin() + 3);
@@ -460,7 +460,7 @@ Table IdentityTable(const Calibration& calibration) {
   for (const TagKey& tag : kDeviceTags) add(tag.key, calibration.tags.*tag.value);
   for (const TagKey& tag : kRunTags) add(tag.key, calibration.tags.*tag.value);
   for (const InputFile& input : calibration.inputs) {
-    // A manifest names files and has none itself.
+    // A manifest only names files and has no samples of its own.
     add("input",
         input.file + (input.samples > 0 ? ", " + std::to_string(input.samples) + " samples" : "") +
             (input.sha256.empty() ? "" : ", sha256 " + input.sha256.substr(0, 12)));

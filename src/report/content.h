@@ -16,7 +16,7 @@
 
 namespace truetriad {
 
-// What a calibration report says and in which order, once for the terminal and for HTML.
+// The content and the order of a calibration report, shared by the terminal and by HTML.
 
 struct Headline {
   Grade grade = Grade::kBad;
@@ -27,7 +27,7 @@ struct Headline {
 Headline HeadlineOf(const Calibration& calibration);
 /// "FAIL by R. Roe on 2026-11-25T10:00:00Z: connector bent".
 std::string DecisionText(const Decision& decision);
-/// The one of the limits, of which there is one, that is most surely missed, or nearest to it.
+/// The limit missed with the greatest confidence, or the nearest to it; `limits` is not empty.
 const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits);
 /// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
 std::string MissedText(const LimitCheck& check);
@@ -39,7 +39,7 @@ struct Subtitle {
 /// One point of a list.
 struct Bullet {
   std::string text;
-  std::string tag = {};  ///< Shown small behind it: "warning, clock-offset".
+  std::string tag = {};  ///< Shown small behind the text: "warning, clock-offset".
 };
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
@@ -48,11 +48,11 @@ using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 struct Section {
   std::string title;
   std::vector<Block> blocks;
-  std::function<std::vector<Drawing>()> draw = {};  ///< What pages alone show behind the blocks.
+  std::function<std::vector<Drawing>()> draw = {};  ///< Drawings behind the blocks, on pages only.
 
   void Add(Block block) { blocks.push_back(std::move(block)); }
 };
-/// What a verb says, once for the terminal and for HTML.
+/// The report of a verb, shared by the terminal and by HTML.
 struct PageContent {
   std::string title;
   Headline headline;
@@ -61,11 +61,11 @@ struct PageContent {
 
 /// The sections in reading order: limits, findings, error before and after, parameters with σ,
 /// temperature, weak directions, choice of the model, held-out error, residuals, left-out terms,
-/// coverage; one with nothing to say is left out. A calibration that is not usable has no
-/// parameters section, whatever numbers it carries. `turns`: spheres have data to be turned.
+/// coverage. An empty section is left out. A calibration that is not usable has no section of
+/// parameters. `turns`: spheres carry the data to be turned.
 std::vector<Section> SectionsOf(const Calibration& calibration, bool turns = false);
 
-/// That of the limits, with `coverage_factor` σ behind each ±.
+/// The section of the limits, with `coverage_factor` σ behind each ±.
 Section LimitsSection(const Calibration& calibration, double coverage_factor);
 
 /// Serial, model, software, inputs, gauge: one row each.
@@ -83,60 +83,60 @@ std::string MedianAngles(double median_rad, const std::optional<double>& nominal
 /// The true unit of one triad, for display.
 std::string TruthUnit(Triad triad);
 
-// The sections of a calibration's report; without blocks where there is nothing to say.
+// The sections of a calibration's report; one with nothing to say has no blocks.
 
-/// Errors of readings before and after the calibration, in true units. `turns`: as of SectionsOf.
+/// Errors of readings before and after the calibration, in true units. `turns` as in SectionsOf.
 Section CorrectedErrorSection(const Calibration& calibration, bool turns);
 
-/// What the poses at each temperature say by themselves, against the temperature terms, and the
-/// errors with and without those.
+/// The bias that the poses at each temperature give by themselves, compared with the temperature
+/// terms, and the errors with and without those terms.
 Section SoakSection(const Calibration& calibration);
 
-/// What a temperature sweep says axis by axis: terms and lags, errors before and after, what was
-/// left out, how terms were chosen, the fit beside the data and the bias over temperature and rate.
+/// A temperature sweep axis by axis: terms and lags, errors before and after, terms left out, how
+/// terms were chosen, the fit beside the data, and the bias over temperature and rate.
 Section SweepSection(const Calibration& calibration);
 
-/// What a calibration from poses says besides its parameters.
+/// Sections of a calibration from poses besides those of its parameters.
 Section LeftOutSection(const Quality& quality);
 Section ModelChoiceSection(const Quality& quality);
 Section HeldOutSection(const Calibration& calibration);
 Section ResidualsSection(const Calibration& calibration);
 Section CoverageSection(const Calibration& calibration);
 
-/// The biases of a sensor's sessions, to stand beside its parameters.
+/// Adds the biases of a sensor's sessions, which stand beside its parameters.
 void AddSessions(const RestQuality& quality,
                  Triad triad,
                  const std::string& unit,
                  Section* section);
 
-/// σ = sqrt(J P J^T) of a combination of parameters with the derivatives J by their names; nullopt
-/// when a name is not in the covariance.
+/// Derivatives J by the names of parameters, and σ = sqrt(J P J^T) of that combination. nullopt:
+/// the covariance lacks a name.
 using Derivatives = std::vector<std::pair<std::string, double>>;
 std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives);
 
-/// Bias, scale and scale error (or the whole matrix where the axes are permuted), temperature terms
-/// and noise of one triad, with σ; one column an axis.
+/// Bias, scale and scale error (the whole matrix where the axes are permuted), temperature terms
+/// and noise of one triad, with σ; one column for each axis.
 Table ParameterTable(const TriadCalibration& sensor,
                      Triad triad,
                      const NamedCovariance& covariance);
 
-/// What raw = S truth + b holds of one triad as it stands, with `coverage_factor` σ behind each ±.
+/// The model raw = S truth + b of one triad in numbers, with `coverage_factor` σ behind each ±.
 Table ResultTable(const TriadCalibration& sensor,
                   Triad triad,
                   const NamedCovariance& covariance,
                   double coverage_factor);
 
-/// How much of each body axis (columns) a chip's axis (rows) senses, with σ, in mrad and degrees.
-/// Empty where the axes are permuted.
+/// The share of each body axis (columns) that a chip's axis (rows) senses, with σ, in mrad and
+/// degrees. Empty where the axes are permuted.
 Table MisalignmentTable(const TriadCalibration& sensor,
                         Triad triad,
                         const NamedCovariance& covariance);
 
-/// C and b of corrected = C (raw - b), as firmware needs them: rows of C by body axis, b by chip
-/// axis.
+/// C and b of corrected = C (raw - b), as firmware needs them: the rows of C by body axis, b by
+/// chip axis.
 Table CorrectionTable(const TriadCalibration& sensor, Triad triad);
 
-/// Gravity, field and temperature, and where each value comes from.
+/// Gravity, field and temperature, and the source of each value.
 Table ReferenceTable(const ReferenceValues& reference, const NamedCovariance& covariance);
 
 }  // namespace truetriad

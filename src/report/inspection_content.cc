@@ -19,9 +19,9 @@
 namespace truetriad {
 namespace {
 
-/// Poses closer than this say the same thing again; a tilted seat still counts as new.
+/// Poses closer than this repeat each other; a seat tilted by more counts as a new direction.
 constexpr double kDistinctDeg = 5.0;
-/// Where the readings of one triad point, as read: before any calibration.
+/// The directions of one triad's raw readings, before any calibration.
 struct Directions {
   std::vector<Eigen::Vector3d> unit;
   int distinct = 0;
@@ -97,8 +97,8 @@ Section StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
           }};
 }
 
-/// Decimals that show the largest mean of `triad` to six digits; one number for a whole table, so
-/// that its columns line up.
+/// Decimals that show the largest mean of `triad` to six digits. One number for a whole table keeps
+/// its columns aligned.
 int MeanDecimals(const PoseSet& poses, Triad triad) {
   double largest = 0.0;
   for (const StaticPose& pose : poses.poses) {
@@ -140,7 +140,7 @@ Section PosesSection(const PoseSet& poses, Triad triad) {
           {table}};
 }
 
-/// Directions of the sensors that are calibrated by where they point; empty for others.
+/// Directions of the sensors that are calibrated by directions; empty for the others.
 using DirectionsOfSensors = PerTriad<std::optional<Directions>>;
 
 DirectionsOfSensors DirectionsOf(const PoseSet& poses) {
@@ -177,7 +177,7 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
       }};
 }
 
-/// σ of the worst axis, in words; "as given" where nothing of it was estimated.
+/// σ of the worst axis in words; "not estimated" where it is zero.
 std::string WorstSigma(double sigma, double factor, const std::string& unit) {
   return sigma > 0.0 ? "± " + Significant(factor * sigma, 2) + " " + unit : "not estimated";
 }
@@ -206,7 +206,7 @@ Section EnoughSection(const Calibration& tried) {
            "directions make it smaller; `truetriad plan` says which."}};
 }
 
-/// What a calibration of it came to.
+/// The outcome of a calibration with defaults.
 Headline HeadlineOf(const Result<Calibration>& tried) {
   if (!tried) return {Grade::kBad, "NOT ENOUGH for any calibration", tried.error().message + "."};
   if (tried->IsUsable()) {

@@ -27,7 +27,7 @@ std::string TextOfBlock(const Block& block) {
   return Wrapped(text + (tag.empty() ? "" : " [" + tag + "]"), 2, "- ");
 }
 
-/// A sentence; what stands in `backticks` is to be typed.
+/// A sentence in which `backticks` mark text to type.
 std::string Sentence(std::string_view text) {
   std::string html;
   bool in_code = false;
@@ -36,7 +36,7 @@ std::string Sentence(std::string_view text) {
     html += EscapeMarkup(text.substr(0, tick));
     if (tick == std::string_view::npos) return html;
     text.remove_prefix(tick + 1);
-    // One that is not closed is itself.
+    // A backtick without its partner is printed as it is.
     if (!in_code && text.find('`') == std::string_view::npos)
       return html + '`' + EscapeMarkup(text);
     html += in_code ? "</code>" : "<code>";
@@ -68,9 +68,9 @@ std::string_view CssClass(Grade grade) {
   return "bad";
 }
 
-/// Whose page it is and which, below each printed one.
+/// A style rule that prints the title and the page number at the foot of each printed page.
 std::string PageFoot(std::string_view title) {
-  // In a style, whatever is no letter or digit is written by its number.
+  // Within a style rule, characters other than letters and digits are escaped by their number.
   std::string text;
   for (const char c : Printable(title)) {
     const auto byte = static_cast<unsigned char>(c);
@@ -86,10 +86,10 @@ std::string PageFoot(std::string_view title) {
          "font:9px sans-serif}}\n";
 }
 
-/// What a page may do: nothing but draw itself by its own style and scripts.
+/// The content security policy of a page: only its own style and scripts, and no network.
 std::string PolicyOf(const PageLooks& looks) {
   const bool is_alone = looks.assets.empty();
-  // Drawings say how wide they are in an attribute.
+  // Drawings state their width in a style attribute, which needs 'unsafe-inline'.
   std::string policy = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src " +
                        std::string(is_alone ? "" : "'self' ") + "'unsafe-inline'; img-src data:";
   if (!looks.scripts.empty()) policy += "; script-src";
@@ -99,13 +99,13 @@ std::string PolicyOf(const PageLooks& looks) {
   return "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
 }
 
-/// What is wider than the page: it scrolls by itself, by keys, too. Ends with its element.
+/// Opens an element that scrolls by itself, also by keys, if its content is wider than the page.
 std::string Scrolling(std::string_view label) {
   return "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"" + EscapeMarkup(label) +
          "\">";
 }
 
-/// Of a table for who does not see it: its header, else what its rows begin with.
+/// The accessible name of a table: its header, else the first cells of its rows.
 std::string NameOf(const Table& table) {
   std::string name;
   const auto add = [&name](const std::string& words) {
@@ -117,11 +117,11 @@ std::string NameOf(const Table& table) {
   return name;
 }
 
-/// Its own class; whether there is room for two halves side by side on paper, and whether it needs
+/// Classes: the table's own, "long" if two halves fit side by side on paper, and "wide" if it needs
 /// narrow columns.
 std::string ClassesOf(const Table& table) {
-  // Half of A4 is wide enough for five columns, and fewer rows take no more room whole; ten of the
-  // usual width are wider than a page.
+  // Half of A4 holds five columns; below twelve rows halving saves no room; ten columns of the
+  // usual width exceed the page.
   constexpr std::size_t kFewColumns = 5, kManyRows = 12, kManyColumns = 10;
   const std::size_t columns = table.alignment.size();
   return table.style + (columns <= kFewColumns && table.rows.size() >= kManyRows ? " long" : "") +
@@ -136,7 +136,7 @@ std::string_view AlignmentClass(const Table& table, std::size_t column) {
   return table.alignment[column] == 'r' ? "r" : "";
 }
 
-/// Above what names the rows stands nothing at times: that is no header.
+/// Above the column of row names the header may be empty; an empty cell is not marked as a header.
 void AppendHeader(const Table& table, std::size_t column, std::string* html) {
   const std::string& words = table.header[column];
   if (words.empty()) {
@@ -156,7 +156,7 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
     std::string_view style = AlignmentClass(table, c);
     if (cells[c] == "FAIL") style = "fail";
     if (cells[c] == "pass") style = "pass";
-    // The first of a row says what the row is.
+    // The first cell of a row names the row.
     const bool is_name = c == 0 && !cells[c].empty();
     *html += (is_name ? "<th scope=\"row\"" : "<td") + ClassAttribute(style) + '>' +
              EscapeMarkup(cells[c]) + (is_name ? "</th>" : "</td>");
@@ -164,7 +164,7 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
   *html += "</tr>\n";
 }
 
-/// Nothing when there is no drawing. On a narrow screen the drawing scrolls.
+/// Empty without a drawing. On a narrow screen the drawing scrolls.
 std::string HtmlOf(const Drawing& drawing) {
   if (drawing.svg.empty()) return "";
   std::string html = "<figure>\n" + Scrolling(drawing.caption) + '\n' + drawing.svg + "</div>\n" +
@@ -177,7 +177,7 @@ std::string HtmlOf(const Drawing& drawing) {
   return "<div data-sensor=\"" + drawing.sensor + "\">\n" + html + "</div>\n";
 }
 
-/// Those that there are, side by side where there is room.
+/// The drawings that are not empty, side by side where there is room.
 std::string HtmlOf(const std::vector<Drawing>& drawings) {
   std::string html;
   for (const Drawing& drawing : drawings) html += HtmlOf(drawing);
@@ -287,7 +287,7 @@ std::string HtmlPage(std::string_view title,
 
 namespace {
 
-/// Beyond this the pose table is of no use to a reader and makes the page slow.
+/// A table of more poses is too long to read and makes the page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
 /// Whether the page lists every pose.
@@ -296,7 +296,7 @@ bool HasPoseRows(const Calibration& calibration) {
   return count > 0 && count <= kMostPoseRows;
 }
 
-/// Marks of what a page shows of its sources, by which a later page finds it.
+/// Markers around what a page shows of its sources, by which a later page finds and copies it.
 constexpr std::string_view kSourcesBegin = "<!-- sources --><div class=\"sources\">\n",
                            kSourcesEnd = "</div><!-- /sources -->\n";
 
@@ -322,7 +322,7 @@ std::string SourceSections(const Calibration& calibration, const ReportSources& 
   return std::string(kSourcesBegin) + HtmlOf(sections) + std::string(kSourcesEnd);
 }
 
-/// Every triad at every pose.
+/// The residuals of every triad at every pose.
 Table TableOfPoses(const Quality& quality) {
   Table table =
       Headed("pose; sensor; before; after; Δx; Δy; Δz; unit; normalised; weight; direction",
@@ -379,7 +379,7 @@ std::string CalibrationHtml(const Calibration& calibration,
     html += "<section class=\"screen\">\n<h2>Details</h2>\n" + details + "</section>\n";
   }
   std::vector<EmbeddedScript> scripts = {PageScript()};
-  // 1.7 MB are worth it only where there is something to turn.
+  // Plotly adds 1.7 MB to the page, so it is included only if there is a sphere to turn.
   if (html.find("<div class=\"sphere\">") != std::string::npos) {
     scripts = {PageScript(), looks.plots, SphereScript()};
   }

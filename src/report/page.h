@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-// How a report looks on the terminal and as a self-contained HTML page, whatever it is about.
+// The layout of a report on the terminal and as a self-contained HTML page, for any verb.
 
-/// Verdict and sections.
+/// The verdict and the sections of `content` as text and page.
 VerbReport ReportOf(const PageContent& content);
 
 std::string TextOf(const Headline& headline);
@@ -28,14 +28,14 @@ std::string HtmlOf(const Table& table);
 /// Blocks in order, neighbouring list points in one list.
 std::string HtmlOf(const std::vector<Block>& blocks);
 
-/// Hidden until it is opened.
+/// A block that is hidden until the reader opens it.
 std::string Details(std::string_view summary, const std::string& html);
 
-/// Where a page has its looks from.
+/// The style sheets and scripts of a page.
 struct PageLooks {
-  std::string_view style = {};   ///< Rules of its own.
-  std::string_view assets = {};  ///< Of ReportLooks; then `style` is not in the page.
-  /// In order; with `assets` ReportScript alone, from there.
+  std::string_view style = {};   ///< The page's own rules, as CSS.
+  std::string_view assets = {};  ///< As in ReportLooks; if set, the page leaves out `style`.
+  /// In their order. With `assets` the page takes only ReportScript, from there.
   std::vector<EmbeddedScript> scripts = {};
 };
 
@@ -45,13 +45,13 @@ std::string HtmlPage(std::string_view title,
                      const std::string& body,
                      const PageLooks& looks = {});
 
-// What is in src/report/assets.
+// The files of src/report/assets.
 
-/// report.css.
+/// The text of report.css.
 std::string_view PageStyle();
-/// report.js.
+/// The text of report.js.
 EmbeddedScript PageScript();
-/// sphere.js, which needs Plotly before it.
+/// The text of sphere.js, which needs Plotly before it.
 EmbeddedScript SphereScript();
 
 }  // namespace truetriad

@@ -24,15 +24,15 @@ std::string SensitivityName(Triad triad, int row, int column) {
   return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
 }
 
-/// Gains on the diagonal and small angles off it describe only a chip whose axes are about where
-/// they are meant to be; another one is shown as its matrix.
+/// Gains on the diagonal and small angles off it describe a chip whose axes are nearly where they
+/// are meant to be; any other chip is shown by its whole matrix.
 bool AxesAreAligned(const TriadCalibration& sensor) {
   const Eigen::Matrix3d sensitivity = sensor.BySensingAxes();
   return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
       .all();
 }
 
-/// The rows of one triad's tables, in the making.
+/// Builds the rows of one triad's tables.
 class ParameterRows {
  public:
   ParameterRows(const TriadCalibration& sensor,
@@ -69,7 +69,7 @@ class ParameterRows {
     return std::move(table_);
   }
 
-  /// Of an axis of the gauge, or of a model without, there is no row: nothing is said by zeros.
+  /// An axis fixed by the gauge, or a model without misalignment, gets no row rather than zeros.
   Table Misalignment() const {
     Table table = Headed("misalignment; x; y; z; unit; x; y; z; unit", "lrrrlrrrl");
     if (!AxesAreAligned(sensor_)) return table;
@@ -90,7 +90,7 @@ class ParameterRows {
   }
 
  private:
-  /// Value and σ, or the value marked as fixed: by the gauge or on request.
+  /// The value with its σ, or marked as fixed by the gauge or on request.
   std::string Entry(double value, double sigma) const {
     return sigma > 0.0 ? WithSigma(value, coverage_factor_ * sigma)
                        : Significant(value, 6) + " fixed";
@@ -99,7 +99,7 @@ class ParameterRows {
   /// σ of a value over the gain of sensing axis i, from the covariance or, where that lacks the
   /// names, from the σ alone.
   double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
-    // The covariance is that of the entries as they stand, with their signs.
+    // The covariance is of the signed matrix entries.
     const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
     return SigmaOf(covariance_, {{name, 1.0 / scale}, {ScaleName(i), -quotient / scale}})
         .value_or(std::hypot(sigma / scale, quotient * ScaleSigma(i) / scale));
@@ -112,7 +112,7 @@ class ParameterRows {
                          i);
   }
 
-  /// `cell(axis)` is what a row says of an axis.
+  /// Adds a row in which `cell(axis)` gives the text of each axis.
   template <typename CellOfAxis>
   void Add(const std::string& label, const std::string& unit, const CellOfAxis& cell) {
     table_.Add() << label << cell(0) << cell(1) << cell(2) << unit;
@@ -145,7 +145,7 @@ class ParameterRows {
   }
 
   void AddBiasPerScale() {
-    // Of a log in another unit of the same quantity its own is enough.
+    // For a log in another unit of the same quantity the log's unit suffices.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
     if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
     Add("bias / scale", truth_unit_, [&](int i) {
@@ -160,7 +160,7 @@ class ParameterRows {
     Add("scale", GainUnit(), [&](int i) { return Entry(scale(i), ScaleSigma(i)); });
     const std::optional<double> nominal = NominalTruthPerRaw(sensor_, triad_);
     if (!nominal) return;
-    // A chip that reports gravity reads the other way on all axes.
+    // A chip that reports gravity instead of specific force has negative gains on all axes.
     const double sign = (scale.array() < 0.0).all() ? -1.0 : 1.0;
     const Eigen::Vector3d error = (sign * scale * *nominal).array() - 1.0;
     const bool large = error.cwiseAbs().maxCoeff() >= 0.01;
@@ -178,7 +178,7 @@ class ParameterRows {
     }
   }
 
-  /// A vector with σ where the covariance lists it; `name` is that of its entries but for the
+  /// Adds a vector with σ where the covariance lists it. `name` is that of its entries without the
   /// sensor and the last axis.
   void AddTerm(const std::string& label,
                const Eigen::Vector3d& values,
@@ -195,7 +195,7 @@ class ParameterRows {
     for (const AxisTermInfo& info : kAxisTerms) {
       const auto& sigma = sensor_.axis_term_sigma[info.term];
       if (!sigma) continue;
-      // As data sheets have them; the σ of the gain in the factor is far below that of the term.
+      // Per g, as in data sheets. The relative σ of this gain is far below that of the term.
       const Eigen::Vector3d per_g =
           kStandardGravityMps2 * sensor_.model.sensitivity.rowwise().norm();
       const std::string unit =
@@ -258,7 +258,7 @@ class ParameterRows {
   Table table_;
 };
 
-/// C and b as a list of rows and a list, which programs of many kinds read.
+/// C and b as lists that most programming languages can read.
 std::string CopyOfCorrection(const Table& table, Triad triad) {
   const auto& rows = table.rows;
   const auto listed = [](const std::string& a, const std::string& b, const std::string& c) {
@@ -314,7 +314,7 @@ Table MisalignmentTable(const TriadCalibration& sensor,
 }
 
 Table CorrectionTable(const TriadCalibration& sensor, Triad triad) {
-  constexpr int kDigits = 8;  // Of a reading of 24 bits.
+  constexpr int kDigits = 8;  // Eight digits hold a reading of 24 bits (1.7e7).
   const Eigen::Matrix3d correction = sensor.model.Correction();
   Table table = Headed(std::string(TriadName(triad)) + "; C x; C y; C z; unit; b; unit", "lrrrlrl");
   const std::string raw_unit = DisplayUnit(sensor.input_unit);

@@ -22,15 +22,15 @@
 namespace truetriad {
 namespace {
 
-/// The sizes of a picture, user units, and where the looker stands.
+/// The sizes of a picture in user units, and the position of the viewer.
 struct PictureLayout {
   double width = 200.0;
-  double height = 214.0;    ///< Below the cube and its arrows is the compass.
-  double half_edge = 44.0;  ///< Of the cube: it leaves room for its arrows.
-  double arrow = 1.85;      ///< Length of an axis from the centre, in half edges.
-  double flat = 0.25;       ///< Faces seen flatter than this (cosine) have no room for their name.
-  double azimuth = 28.0 * kRadPerDeg;    ///< From north to the west: three faces are seen.
-  double elevation = 24.0 * kRadPerDeg;  ///< How far the looker looks down.
+  double height = 214.0;               ///< The cube and its arrows, and below them the compass.
+  double half_edge = 44.0;             ///< Of the cube: it leaves room for its arrows.
+  double arrow = 1.85;                 ///< Length of an axis from the centre, in half edges.
+  double flat = 0.25;                  ///< Faces with a smaller cosine to the viewer have no name.
+  double azimuth = 28.0 * kRadPerDeg;  ///< From north to the west: three faces are seen.
+  double elevation = 24.0 * kRadPerDeg;  ///< The viewer looks down by this angle.
 };
 constexpr PictureLayout kPicture;
 
@@ -64,7 +64,7 @@ class Picture {
 
   std::string Draw() {
     Compass();
-    // What points away is behind the cube.
+    // Axes that point away from the viewer are drawn first, behind the cube.
     for (const bool front : {false, true}) {
       if (front) {
         for (int axis = 0; axis < 3; ++axis) {
@@ -81,7 +81,7 @@ class Picture {
  private:
   using Point = std::pair<double, double>;
 
-  // Where north and up are, in a corner of the picture.
+  // Draws the directions of north and up in a corner of the picture.
   void Compass() {
     const Point centre = camera_.On(Eigen::Vector3d::Zero());
     const auto at = [&](const Eigen::Vector3d& world) {
@@ -109,7 +109,7 @@ class Picture {
                                std::pair(1.0, 1.0)}) {
       corners.push_back(camera_.On(normal + s * a + t * b));
     }
-    // Light from above.
+    // The light comes from above.
     const int shade = std::clamp(static_cast<int>(std::lround(normal.z() + 1.0)), 0, 2);
     svg_.Polyline(corners, "face shade" + std::to_string(shade));
     const auto [x, y] = camera_.On(normal);
@@ -161,7 +161,7 @@ std::string Spoken(std::string name) {
   return DisplayUnit(name);
 }
 
-/// σ as people judge it: shares in per cent, angles in milliradians.
+/// σ in customary units: shares in per cent, angles in milliradians.
 std::string SigmaText(double sigma, const std::string& unit) {
   if (!std::isfinite(sigma)) return "unobservable";
   if (unit.empty()) return Significant(100.0 * sigma, 3);
@@ -242,7 +242,7 @@ Headline HeadlineOf(const Plan& plan) {
       (plan.measured_poses > 0
            ? " in addition to the " + std::to_string(plan.measured_poses) + " measured ones"
            : "");
-  // The verb after it, for one pose or for many.
+  // The verb after the number of poses, singular or plural.
   const auto does = [&](const std::string& plural, const std::string& singular) {
     return poses + ' ' + (count == 1 ? singular : plural);
   };
@@ -266,7 +266,7 @@ Headline HeadlineOf(const Plan& plan) {
   return headline;
 }
 
-/// What the operator goes by: the label, or the attitude in words where a program has none.
+/// The label of a pose, or its attitude in words where the program gives no label.
 std::string LabelOf(const ProgramPose& pose) {
   return pose.label.empty() ? AttitudeInWords(pose.world_from_body) : pose.label;
 }
@@ -279,12 +279,12 @@ std::string RestText(const Plan& plan) {
          "plan.rest_s to get a time.";
 }
 
-/// "magnetometer scale x, σ × 1.50": what would suffer most without pose `k`, counted from zero.
+/// "magnetometer scale x, σ × 1.50": the σ that grows most without pose `k`, counted from zero.
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
-  // Where something is unobservable anyway, no pose can be told to be idle.
+  // Where some parameter is unobservable anyway, no pose can be called redundant.
   if (purpose.name.empty()) return plan.determined ? "nothing: the other poses cover it" : "–";
-  // What belongs together does not break.
+  // Non-breaking spaces keep "σ × 1.50" on one line.
   return Spoken(purpose.name) + ", " +
          (std::isfinite(purpose.sigma_ratio) ? "σ\u00a0×\u00a0" + Fixed(purpose.sigma_ratio, 2)
                                              : "unobservable");
@@ -309,7 +309,7 @@ Table ProgramTable(const Plan& plan) {
   return table;
 }
 
-/// All but the poses themselves; one with nothing to say is left out.
+/// All sections but that of the poses; an empty one is left out.
 std::vector<Section> SectionsOf(const Plan& plan) {
   std::vector<Section> sections;
   if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
@@ -349,7 +349,7 @@ std::string Card(const Plan& plan, std::size_t k) {
   return card + Element("small", "Most affected if skipped: " + PurposeText(plan, k)) + "</li>\n";
 }
 
-/// Gravity alone does not see which way a unit faces.
+/// Gravity alone does not depend on the heading, so only other sensors make the heading matter.
 bool HeadingMatters(const Plan& plan) {
   return std::any_of(plan.sigmas.begin(), plan.sigmas.end(), [](const PlannedSigma& sigma) {
     return sigma.group.rfind(TriadName(Triad::kMagnetometer), 0) == 0;

@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// The row of readings of a quantity of `magnitude`, as of CorrectedErrorOf; `factor` makes `unit`
-/// of the true unit.
+/// Adds the row of CorrectedErrorOf for a quantity of `magnitude`. `factor` converts the true unit
+/// to `unit`.
 void AddErrors(const Calibration& calibration,
                const char* what,
                Triad triad,
@@ -72,7 +72,7 @@ Table BeforeAndAfter(const Calibration& calibration) {
   return table;
 }
 
-/// A compass of the unit held level: RMS and worst over the headings, raw and corrected, degrees.
+/// The heading error of a compass in the level unit: RMS and worst, raw and corrected, degrees.
 void AddHeading(const Calibration& calibration, Table* table) {
   const std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
   if (errors.empty()) return;
@@ -94,7 +94,7 @@ void AddHeading(const Calibration& calibration, Table* table) {
                << "";
 }
 
-// Fewer entries of the matrix were estimated than gains and the angles between axes are.
+// Fewer entries of the matrix were estimated than the 6 of three gains and three angles.
 bool HoldsMisalignment(const TriadCalibration& sensor) {
   return (sensor.sensitivity_sigma.array() > 0.0).count() < 6;
 }
@@ -134,12 +134,12 @@ Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
 
 namespace {
 
-/// What turns are measured against.
+/// The vector whose direction before and after a turn checks the gyroscope.
 std::string TurnedVector(const Calibration& calibration) {
   return calibration.sensors[Triad::kAccelerometer] ? "gravity" : "the field";
 }
 
-/// Of a gyroscope the error of turns.
+/// The name of the error: for a gyroscope that of turns.
 std::string NameOfError(const Calibration& calibration, Triad triad) {
   if (triad != Triad::kGyroscope) return TriadTitle(triad);
   return "Gyroscope: direction of " + TurnedVector(calibration) + " after a turn";
@@ -166,7 +166,7 @@ Table ModelTable(const std::string& title, const std::vector<ModelAlternative>& 
   return table;
 }
 
-// What the operator stated beside what the gyroscope saw.
+// The turns that the operator stated beside those that the gyroscope measured.
 void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   if (turns.empty()) return;
   section->Add(Subtitle{"Known turns"});
@@ -192,7 +192,7 @@ void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
       "one marked `predicted only` is an independent check.");
 }
 
-// Sensors' clocks against the gyroscope's.
+// The clock offsets of the sensors from the gyroscope.
 void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) {
   if (offsets.empty()) return;
   section->Add(Subtitle{"Clocks"});
@@ -207,7 +207,7 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
       "at the end of each sample.");
 }
 
-// What was left out of a solution, as far as there is room.
+// The poses left out of the solution, as many as there is room for.
 void AddRejected(const std::vector<RejectedPose>& poses, Section* section) {
   if (poses.empty()) return;
   section->Add(Subtitle{"Rejected poses (" + std::to_string(poses.size()) + ")"});
@@ -265,7 +265,7 @@ Section ModelChoiceSection(const Quality& quality) {
 Section HeldOutSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{"Held-out error (cross-validation)", {}};
-  if (calibration.mode == Mode::kSweep) return section;  // It is in the section of the sweep.
+  if (calibration.mode == Mode::kSweep) return section;  // The section of the sweep shows it.
   if (!quality.rests.held_out) {
     if (quality.poses > 0 && calibration.IsUsable()) {
       section.Add(calibration.mode == Mode::kMotion

@@ -22,7 +22,7 @@
 namespace truetriad {
 namespace {
 
-/// What there is to read, true unit; 0: nothing that makes a sphere.
+/// The magnitude of the field that a sensor reads, true unit; 0 where it has no sphere.
 double StrengthOf(const ReferenceValues& reference, Triad triad) {
   if (triad == Triad::kAccelerometer) return reference.gravity_mps2;
   return triad == Triad::kMagnetometer ? reference.field_ut.value_or(0.0) : 0.0;
@@ -53,7 +53,7 @@ std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad tria
 }
 
 std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) {
-  constexpr double kClearly = 2.0;  // Less is no direction to remark on.
+  constexpr double kClearly = 2.0;  // A smaller ratio is no clear direction.
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
   if (!sensor || !calibration.IsUsable()) return std::nullopt;
   const Eigen::Matrix3d correction = sensor->model.Correction();
@@ -74,7 +74,7 @@ std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) 
 }
 
 double SphereMagnification(const std::vector<SpherePoint>& points) {
-  // Errors of 0.4 radii keep all readings apart; what is a millionth of it nobody looks for.
+  // Errors up to 0.4 radii keep neighbours apart; beyond a million the factor shows rounding.
   constexpr double kMost = 0.4, kLargest = 1e6;
   double greatest = 0.0;
   for (const SpherePoint& point : points) {
@@ -121,20 +121,20 @@ std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, 
 
 namespace {
 
-/// The sizes of two discs side by side, user units.
+/// The sizes of two discs side by side in user units.
 struct DiscLayout {
   double width = 620.0, height = 300.0;
   double radius = 120.0;
   double centre_y = 150.0;
   std::array<double, 2> centres = {150.0, 450.0};
-  double cell = 6.0;     ///< Of what is shaded: a twentieth of the radius.
-  double patch = 0.05;   ///< The same of a unit sphere; in it a second pose says nothing more.
-  double sphere = 85.0;  ///< Radius of a sphere at most.
-  double reach = 118.0;  ///< What is further from its centre is drawn here.
+  double cell = 6.0;     ///< A cell of a shaded area: radius / 20.
+  double patch = 0.05;   ///< The same for a unit sphere: one pose in each.
+  double sphere = 85.0;  ///< The largest radius of a sphere.
+  double reach = 118.0;  ///< Readings further from the centre are drawn at this distance.
 };
 constexpr DiscLayout kDiscs;
 
-/// Unit vectors of one sensor's poses, and which count.
+/// The unit vectors of one sensor's poses, and whether each was used.
 struct PoseDirection {
   Eigen::Vector3d unit;
   bool counts;
@@ -151,7 +151,7 @@ std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
   return directions;
 }
 
-/// Of very many, one in each small patch of the sphere, about 3 degrees wide.
+/// Of more than kMostPoints directions, one in each patch of the sphere, about 3° wide (0.05 rad).
 std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
   if (directions.size() <= kMostPoints) return directions;
   std::set<std::array<int, 3>> seen;
@@ -167,7 +167,7 @@ std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& direction
   return kept;
 }
 
-/// Cosine of the angle to the nearest pose that counts.
+/// Cosine of the angle to the nearest pose used.
 double NearestCosine(const std::vector<PoseDirection>& directions, const Eigen::Vector3d& to) {
   double nearest = -1.0;
   for (const PoseDirection& direction : directions) {
@@ -184,7 +184,7 @@ DirectionGap GapBetween(const std::vector<PoseDirection>& directions) {
   return LargestGap(unit);
 }
 
-/// Lambert: equal areas of the sphere are equal areas of the disc, so crowding is real.
+/// Lambert's projection keeps areas, so the density of points on the disc is that on the sphere.
 double DiscRadius(double height) { return kDiscs.radius * std::sqrt(1.0 - height); }
 
 std::pair<double, double> OnDisc(const Eigen::Vector3d& unit) {
@@ -194,7 +194,7 @@ std::pair<double, double> OnDisc(const Eigen::Vector3d& unit) {
           kDiscs.centre_y - scale * unit.y()};
 }
 
-/// Rows of small cells whose middles are further than kHoleDeg from every pose.
+/// Shades cells whose centres are further than kHoleDeg from every pose, row by row.
 void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
   const double limit = std::cos(kHoleDeg / kDegPerRad);
   for (std::size_t disc = 0; disc < 2; ++disc) {
@@ -211,7 +211,7 @@ void ShadeHoles(const std::vector<PoseDirection>& directions, Svg* svg) {
         const double u = (x + 0.5 * kDiscs.cell) / kDiscs.radius,
                      v = -(y + 0.5 * kDiscs.cell) / kDiscs.radius;
         const double square = u * u + v * v;
-        // r^2 = 1 - |z| on the disc.
+        // On the disc r² = 1 - |z|.
         const double height = 1.0 - square;
         const double stretch =
             square > 0.0 ? std::sqrt(std::max(1.0 - height * height, 0.0) / square) : 0.0;
@@ -241,12 +241,12 @@ void DrawDiscs(const std::array<std::string_view, 2>& titles, std::string_view u
   }
 }
 
-/// An arrow with two heads through the middle of both views.
+/// Draws an arrow with two heads through the centre of both views.
 void DrawWeakAxis(const Eigen::Vector3d& axis, Svg* svg) {
   for (std::size_t disc = 0; disc < 2; ++disc) {
     const double x = kDiscs.centres[disc], y = kDiscs.centre_y;
     const Eigen::Vector2d tip(axis.x(), disc == 0 ? -axis.y() : -axis.z());
-    if (tip.norm() < 2.0 * kLayout.line) {  // It points at the reader.
+    if (tip.norm() < 2.0 * kLayout.line) {  // The axis points at the viewer.
       svg->Circle(x, y, kLayout.dot, "weak");
       continue;
     }
@@ -312,7 +312,7 @@ std::string SphereCaption(const Calibration& calibration, Triad triad, double fa
   return text;
 }
 
-/// "0.1,0.2,0.3,4.56": where a reading is drawn, and how far it is off in the scene's unit.
+/// "0.1,0.2,0.3,4.56": the drawn position of a reading, and its error in the scene's unit.
 std::string SceneReading(const Eigen::Vector3d& reading,
                          const SpherePoint& point,
                          double factor,
@@ -321,7 +321,7 @@ std::string SceneReading(const Eigen::Vector3d& reading,
          Significant(strength * (reading - point.truth).norm(), 3);
 }
 
-/// What sphere.js draws.
+/// The data of sphere.js as JSON.
 std::string SceneOf(const Calibration& calibration,
                     Triad triad,
                     const std::vector<SpherePoint>& points,
@@ -360,7 +360,7 @@ Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns) {
   const std::vector<SpherePoint> all = SpherePoints(calibration, triad);
   if (all.empty()) return {};
   const double factor = SphereMagnification(all);
-  // The sphere is as large as raw readings beside it leave room for.
+  // The radius of the sphere leaves room for the raw readings outside it.
   const double unit = std::min(kDiscs.sphere, kDiscs.reach / SphereReach(all, factor));
   Svg svg(620.0, 300.0, TriadTitle(triad) + ": readings before and after on the sphere");
   for (const double centre : kDiscs.centres) svg.Circle(centre, kDiscs.centre_y, unit, "disc");
@@ -370,7 +370,7 @@ Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns) {
   }
   const std::vector<SpherePoint> points = GreatestOfRuns(all, kMostPoints);
   for (std::size_t disc = 0; disc < 2; ++disc) {
-    // What is rejected may be anywhere.
+    // Rejected readings may be anywhere, so positions are clamped.
     const auto at = [&](const Eigen::Vector3d& reading, const Eigen::Vector3d& truth) {
       const Eigen::Vector3d v = unit * Magnified(reading, truth, factor);
       return std::pair(
@@ -403,9 +403,9 @@ std::optional<NextPose> NextPoseFor(const Calibration& calibration) {
         OfPatches(DirectionsOf(calibration.quality, triad));
     if (directions.empty()) continue;
     const auto [middle, gap_deg] = GapBetween(directions);
-    if (!(gap_deg > largest + 1.0)) continue;  // of two alike, the first
+    if (!(gap_deg > largest + 1.0)) continue;  // Of two equal gaps the first is kept.
     largest = gap_deg;
-    // What the sensor reads points up, or along the field: north and down by the dip.
+    // An accelerometer reads up; a magnetometer reads the field: north and down by the dip.
     const double dip = calibration.reference.dip_rad.value_or(0.0);
     const Eigen::Vector3d world = triad == Triad::kAccelerometer
                                       ? Eigen::Vector3d(0.0, 0.0, 1.0)

@@ -32,7 +32,7 @@ std::string Place(double x, double y, int decimals, char between) {
 }  // namespace
 
 std::string EscapeMarkup(std::string_view text) {
-  // A name can be anything: what is no UTF-8, or would turn the text behind it, is shown as such.
+  // A name can hold any bytes: invalid UTF-8 and characters that reverse text are shown escaped.
   const auto is_ascii = [](char c) { return static_cast<unsigned char>(c) < 0x80; };
   std::string printable;
   if (!std::all_of(text.begin(), text.end(), is_ascii)) text = printable = Printable(text);
@@ -116,7 +116,7 @@ void Svg::Polyline(const Points& points, std::string_view style) {
 void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
   const auto halves = [](double value) { return std::lround(2.0 * value); };
   std::string path;
-  long at_x = 0, at_y = 0, level = 0;  // Level: how far to the right with no change of height.
+  long at_x = 0, at_y = 0, level = 0;  // Level: pending horizontal distance.
   const auto go_level = [&] {
     if (level > 0) path += 'h' + std::to_string(level);
     level = 0;
@@ -161,7 +161,7 @@ void Svg::Arrow(const Points::value_type& from,
 }
 
 void Svg::Cross(double x, double y, std::string_view style) {
-  constexpr double kHalf = 4.0;  // Of its width: a little more than a dot's.
+  constexpr double kHalf = 4.0;  // Half the width: a little more than the radius of a dot.
   Line(x - kHalf, y - kHalf, x + kHalf, y + kHalf, style);
   Line(x - kHalf, y + kHalf, x + kHalf, y - kHalf, style);
 }
@@ -199,7 +199,7 @@ void Svg::RotatedText(
 
 namespace {
 
-/// The largest round step that divides a span into four or more.
+/// The largest of 1, 2 and 5 times a power of ten that divides a span into four or more steps.
 double StepOf(double span) {
   const double most = span / 4.0;
   const double decade = std::pow(10.0, std::floor(std::log10(most)));
@@ -209,9 +209,9 @@ double StepOf(double span) {
   return decade;
 }
 
-/// With as many digits as neighbours of that step need to differ.
+/// The number with as many digits as neighbours one step apart need to differ.
 std::string TickText(double value, double step) {
-  // What is longer than the room on the left is written with an exponent.
+  // Longer numbers exceed the room on the left, so they are written with an exponent.
   constexpr double kPlain = 1e5;
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
   if (decimals <= 5 && std::abs(value) < kPlain) return Fixed(value, decimals);
@@ -220,7 +220,7 @@ std::string TickText(double value, double step) {
   return Significant(value, std::clamp(static_cast<int>(digits) + 1, 1, 9));
 }
 
-/// Round numbers within the range, five to twelve; fewer where neighbours are one number.
+/// Multiples of the step within the range, five to twelve; fewer where neighbours round alike.
 std::vector<double> Ticks(const Range& range) {
   std::vector<double> ticks;
   const double step = StepOf(range.span());
@@ -245,7 +245,7 @@ std::string PowerOfTen(int decade) {
 }
 
 /// Calls `draw(value, words)` for each digit of each decade of a logarithmic axis; only the first
-/// of a decade has words.
+/// digit of a decade has words.
 template <typename Draw>
 void EachDigit(const Range& range, const Draw& draw) {
   for (int decade = static_cast<int>(std::floor(range.low)); decade <= range.high; ++decade) {
@@ -257,8 +257,8 @@ void EachDigit(const Range& range, const Draw& draw) {
   }
 }
 
-/// At most kMostPoints: of each run of neighbours the smallest and the largest stay, so that the
-/// extremes, which are what one looks for, are never lost.
+/// At most kMostPoints: of each run of neighbours the smallest and the largest stay, so the
+/// extremes are never lost.
 Points Thinned(const Points& points) {
   if (points.size() <= kMostPoints) return points;
   const std::size_t runs = kMostPoints / 2;
@@ -278,7 +278,7 @@ Points Thinned(const Points& points) {
 }  // namespace
 
 Range Range::Padded() const {
-  // A single value stands in the middle.
+  // A single value is drawn in the middle of the range.
   const double room =
       high > low ? kLayout.room * (high - low) : std::max(0.1 * std::abs(high), 1e-12);
   return {low - room, high + room, is_log};
@@ -311,7 +311,7 @@ void Frame::Draw(const std::string& title, const std::string& x_title, bool has_
 
 void Frame::DrawScales(bool has_x, bool has_y) {
   const double bottom = box_.top + box_.height;
-  // Low frames have no room for a line of text at each: then every second, third, ... from zero.
+  // In a low frame only every second, third, ... line from zero has a number, or they overlap.
   const double step_y = StepOf(y_.span());
   const double apart = step_y / y_.span() * box_.height;
   const auto every = static_cast<std::int64_t>(std::ceil(kLayout.line / apart));
@@ -372,8 +372,8 @@ void Frame::DrawFar(double x, double y, double value, bool is_left) {
 
 namespace {
 
-/// Up to where x goes on in the direction that it has at `begin`; the turning point belongs to the
-/// next stretch, too.
+/// The end of the interval from `begin` in which x keeps its direction. The turning point also
+/// belongs to the next interval.
 std::size_t EndOfStretch(const Points& points, std::size_t begin) {
   double direction = 0.0;
   for (std::size_t i = begin + 1; i < points.size(); ++i) {

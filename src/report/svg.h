@@ -12,21 +12,21 @@
 
 namespace truetriad {
 
-/// `text` for HTML and SVG: &, <, >, " and ' as entities, control characters left out; what is no
-/// UTF-8, or turns the direction of text, as in Printable.
+/// `text` for HTML and SVG: &, <, >, " and ' become entities, control characters are dropped.
+/// Invalid UTF-8 and characters that reverse the text direction are shown as by Printable.
 std::string EscapeMarkup(std::string_view text);
 
-/// Places of a drawing, or what is drawn in a chart.
+/// Positions in a drawing, or (x, y) values of a chart.
 using Points = std::vector<std::pair<double, double>>;
 
-/// What a shape says to who points at it, and the pose to whose row it leads.
+/// The tooltip of a shape, and the pose to whose row it links.
 struct Note {
   std::string tooltip = {};
   int pose = 0;
 };
 
-/// A drawing for inlining into HTML; the looks come from the page's style sheet by class name.
-/// Coordinates in user units, y down, written to a tenth of a unit.
+/// A drawing for inlining into HTML; the page's style sheet gives its looks by class name.
+/// Coordinates are in user units, y down, written to a tenth of a unit.
 class Svg {
  public:
   Svg(double width, double height, std::string_view label);
@@ -39,26 +39,25 @@ class Svg {
                  std::string_view style,
                  const Note& note = {});
   void Circle(double x, double y, double radius, std::string_view style, const Note& note = {});
-  /// Points without names, some ten bytes each; `style`: a class whose line is as wide as a dot.
+  /// Points without tooltips, about ten bytes each; the line of `style` is as wide as a dot.
   void Dots(const Points& points, std::string_view style);
   /// Straight lines from point to point; filled when the style says so.
   void Polyline(const Points& points, std::string_view style);
-  /// What lies between low and high at ascending x, as one zigzag line in half units, some seven
-  /// bytes each.
+  /// The range from low to high at ascending x, as one zigzag line in half units, about seven bytes
+  /// a span.
   struct Span {
     double x, low, high;
   };
   void Zigzag(const std::vector<Span>& spans, std::string_view style);
-  /// A line with a head at its end.
+  /// A line with an arrowhead at its end.
   void Arrow(const Points::value_type& from,
              const Points::value_type& to,
              const std::string& style);
-  /// A diagonal cross.
   void Cross(double x, double y, std::string_view style);
-  /// `style` "start", "middle" or "end" says where (x, y) is on the text, then further classes.
+  /// The first word of `style` ("start", "middle", "end") anchors (x, y); classes follow it.
   void Text(double x, double y, std::string_view text, std::string_view style);
-  /// Cells of one colour, that of `style` as far as `share` says, given by their upper left corners
-  /// in whole units, some twenty bytes each.
+  /// Cells of one colour, that of `style` with the opacity `share`, given by their upper left
+  /// corners in whole units, about twenty bytes each.
   void Cells(const Points& corners,
              double size,
              std::string_view style,
@@ -67,13 +66,13 @@ class Svg {
   void RotatedText(
       double x, double y, double degrees, std::string_view text, std::string_view style);
 
-  /// The finished element.
+  /// Returns the finished element.
   std::string Finish() const { return head_ + ">\n" + body_ + "</svg>\n"; }
-  /// The finished drawing as a file of its own, with its style sheet.
+  /// The finished drawing as a separate file, with its style sheet.
   std::string FinishAlone(std::string_view style_sheet) const;
 
  private:
-  /// An element with a class, numbers, further attributes, and what is inside.
+  /// Adds an element with a class, numbers, further attributes and inner text.
   void Add(std::string_view element,
            std::string_view style,
            std::initializer_list<std::pair<std::string_view, double>> numbers,
@@ -84,66 +83,66 @@ class Svg {
   std::string body_;
 };
 
-/// The sizes of all charts, user units: a letter is about 6.5 wide and 11 high.
+/// The sizes of all charts in user units: a letter is about 6.5 wide and 11 high.
 struct ChartLayout {
-  double width = 760.0;         ///< That of a page's column.
-  double left = 66.0;           ///< The numbers of an axis: nine letters.
-  double top = 28.0;            ///< A title.
-  double bottom = 42.0;         ///< The numbers of an axis and its title.
-  double panel_width = 290.0;   ///< Of two side by side.
-  double panel_height = 190.0;  ///< Four numbers and more of a y axis.
+  double width = 760.0;         ///< The width of a page's column.
+  double left = 66.0;           ///< Room for the numbers of an axis: nine letters.
+  double top = 28.0;            ///< Room for a title.
+  double bottom = 42.0;         ///< Room for the numbers of an axis and its title.
+  double panel_width = 290.0;   ///< The width of each of two panels side by side.
+  double panel_height = 190.0;  ///< Room for four or more numbers of a y axis.
   double between = 90.0;        ///< From a panel to the next beside it, with its numbers.
-  double below = 24.0;          ///< From a panel to the next below it: a title.
+  double below = 24.0;          ///< From a panel to the next below it: room for a title.
   double letter = 6.5;
   double line = 11.0;
-  double cell = 15.0;  ///< A line and what parts it from the next.
-  double room = 0.04;  ///< Of a range, beyond its ends: more than the radius of a mark.
+  double cell = 15.0;  ///< A line of text and the gap to the next.
+  double room = 0.04;  ///< Margin as a share of the range: more than a mark's radius.
   double dot = 2.8;    ///< The radius of a mark that can be pointed at.
 };
 inline constexpr ChartLayout kLayout;
 
-/// So many points of one kind are drawn: about one a pixel of a panel.
+/// More points of one kind are thinned: two for each unit of a panel (2 · 290 = 580), rounded.
 inline constexpr std::size_t kMostPoints = 600;
-/// So many poses have a mark each, which says what it is; more are too narrow to be pointed at.
+/// More poses than this have no marks with tooltips: marks would be too narrow to point at.
 inline constexpr std::size_t kMostMarks = 150;
 
 /// The range of what is drawn along an axis.
 struct Range {
   double low = std::numeric_limits<double>::infinity();
   double high = -std::numeric_limits<double>::infinity();
-  bool is_log = false;  ///< The axis is logarithmic: low and high are decades.
+  bool is_log = false;  ///< The axis is logarithmic: low and high are decimal exponents.
   void Add(double value) {
     low = std::min(low, value);
     high = std::max(high, value);
   }
   double span() const { return std::max(high - low, 1e-300); }
-  /// With room for marks at its ends.
+  /// The range with room for marks at its ends.
   Range Padded() const;
 };
 
-/// A frame with its scales. What is drawn beyond it sits on its edge.
+/// A frame with its scales. Values beyond the scales are drawn on its edge.
 class Frame {
  public:
   struct Box {
     double left = kLayout.left, top = kLayout.top;
     double width = kLayout.panel_width, height = kLayout.panel_height;
   };
-  /// The ranges are padded, so that no mark of theirs is cut off.
+  /// The ranges are padded, so that no mark at their ends is cut off.
   Frame(Svg& svg, const Box& box, const Range& x, const Range& y);
 
   double X(double value) const;
   double Y(double value) const;
 
-  /// Frame, grid, numbers and titles; without `x_title` no title stands below, and numbers do of
-  /// decades alone; without `has_y` nothing stands on the left.
+  /// Draws frame, grid, numbers and titles. Without `x_title` there is no title below, and no
+  /// numbers unless the axis is logarithmic; without `has_y` there are no numbers on the left.
   void Draw(const std::string& title, const std::string& x_title, bool has_y = true);
 
   void DrawLine(const Points& points, std::string_view style);
-  /// Filled between two lines over the same x.
+  /// Fills the area between two lines over the same x.
   void DrawBand(const Points& high, const Points& low);
-  /// Many points that need no names; of very many the extremes of neighbours.
+  /// Draws points without tooltips; very many are thinned to the extremes of neighbours.
   void DrawDots(const Points& points, std::string_view style);
-  /// A value on the edge, since it is further out than is drawn; `is_left`: of the place it has.
+  /// Marks a value beyond the scale at the edge; `is_left`: the text stands to the left of (x, y).
   void DrawFar(double x, double y, double value, bool is_left);
 
  private:
@@ -156,13 +155,13 @@ class Frame {
   Range x_, y_;
 };
 
-/// One kind of thing in a panel. Where x turns back a band begins anew.
+/// One line, set of dots, band or set of bars in a panel. Where x reverses, a new band begins.
 struct Series {
   enum class Kind { kLine, kDots, kBand, kBars };
   Kind kind = Kind::kLine;
-  std::string_view style = {};  ///< Of lines and dots.
+  std::string_view style = {};  ///< For lines and dots.
   Points points = {};
-  std::vector<double> half = {};  ///< Of bands and bars: how far they reach up and down.
+  std::vector<double> half = {};  ///< Half the height of bands and bars.
 
   void Add(double x, double y) { points.emplace_back(x, y); }
   void Add(double x, double y, double reach) { Add(x, y), half.push_back(reach); }
@@ -171,11 +170,11 @@ struct Series {
 struct Panel {
   std::string title;
   std::string x_title;
-  std::vector<Series> series;  ///< In the order in which they are drawn; bands below the grid.
-  Range y = {};                ///< What it shows besides all of them.
+  std::vector<Series> series;  ///< In the order of drawing; bands lie below the grid.
+  Range y = {};                ///< A range that the y axis shows besides the series.
 };
 
-/// Panels side by side, of which those without anything to draw are left out; nothing without any.
+/// Panels side by side. Panels without data are left out; the text is empty if none is left.
 std::string Chart(std::string_view label, const std::vector<Panel>& panels);
 
 }  // namespace truetriad

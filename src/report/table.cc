@@ -13,12 +13,12 @@
 namespace truetriad {
 namespace {
 
-constexpr int kMaxDecimals = 8;  // More zeros than that nobody counts.
+constexpr int kMaxDecimals = 8;  // More leading zeros are illegible.
 
 std::string Characters(double value, std::chars_format format, int precision) {
   if (std::isnan(value)) return "n/a";
   if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
-  // The longest: 309 digits, a point, 17 decimals and a sign.
+  // The longest number has 309 digits, a point, 17 decimals and a sign.
   std::array<char, 400> buffer;
   const auto end =
       std::to_chars(buffer.data(), buffer.data() + buffer.size(), value, format, precision).ptr;
@@ -43,7 +43,7 @@ std::string WithSigma(double value, double sigma) {
   if (!std::isfinite(value) || std::isnan(sigma) || sigma <= 0.0) return Significant(value, 6);
   if (std::isinf(sigma)) return Significant(value, 3) + " ± ∞";
   int decimals = 1 - DecimalExponent(sigma);
-  // 0.0996 has become 0.100: one digit too many.
+  // σ = 0.0996 rounds to 0.100, which has one digit too many.
   if (std::round(sigma * std::pow(10.0, decimals)) >= 100.0) --decimals;
   if (decimals > kMaxDecimals) {
     const int exponent = DecimalExponent(std::max(std::abs(value), sigma));
@@ -53,7 +53,7 @@ std::string WithSigma(double value, double sigma) {
     text.append(Fixed(value / unit, digits)).append(" ± ").append(Fixed(sigma / unit, digits));
     return text.append(")e").append(std::to_string(exponent));
   }
-  // With σ in the hundreds or more the last digits of the value mean nothing: show zeros.
+  // With σ ≥ 100 the last digits of the value have no meaning and are rounded to zeros.
   const double step = decimals < 0 ? std::pow(10.0, -decimals) : 1.0;
   decimals = std::max(decimals, 0);
   return Fixed(decimals == 0 ? std::round(value / step) * step : value, decimals) + " ± " +
@@ -106,9 +106,9 @@ std::string DisplayUnit(std::string_view unit) {
 namespace {
 
 constexpr std::size_t kGap = 3;        // Blanks between columns.
-constexpr std::size_t kMinWords = 24;  // A column of words is never squeezed below this.
+constexpr std::size_t kMinWords = 24;  // A column of words is never narrower.
 
-/// A cell, in one line as a terminal may show it.
+/// A cell as a single line that is safe for a terminal.
 std::string Shown(std::string text) {
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\n' || c == '\t'; }, ' ');
@@ -120,7 +120,7 @@ std::string Padded(const std::string& text, std::size_t width, bool right) {
   return right ? blanks + text : text + blanks;
 }
 
-/// Lines of at most `width`; a word that is longer stands alone.
+/// Lines of at most `width`; a longer word gets a line of its own.
 std::vector<std::string> WrappedLines(std::string_view text, std::size_t width) {
   const std::string words = Shown(std::string(text));
   std::vector<std::string> lines(1);
@@ -158,7 +158,7 @@ Table Headed(std::string_view header, std::string alignment) {
 }
 
 std::size_t DisplayWidth(std::string_view utf8) {
-  // Code points; the reports hold no wide or combining characters of their own.
+  // Counts code points; the reports hold no wide or combining characters of their own.
   return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
   }));

@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-// Numbers as people read them. Independent of the locale, so the same input gives the same bytes.
-// NaN is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.
+// Numbers for reading, independent of the locale, so that the same input gives the same bytes. NaN
+// is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.
 
 /// `decimals` digits after the point. Range: 0…17.
 std::string Fixed(double value, int decimals);
@@ -27,32 +27,32 @@ std::string Significant(double value, int digits);
 /// the value alone, to six significant digits.
 std::string WithSigma(double value, double sigma);
 
-/// Of a table the cells of three axes, and that of a value which may be missing: "–".
+/// The cells of three axes, and of a value that may be missing: "–".
 using ThreeCells = std::array<std::string, 3>;
 ThreeCells Fixed(const Eigen::Vector3d& values, int decimals);
 ThreeCells Significant(const Eigen::Vector3d& values, int digits);
 ThreeCells WithSigma(const Eigen::Vector3d& values, const Eigen::Vector3d& sigmas);
 std::string Significant(const std::optional<double>& value, int digits);
 
-/// The cells with words between them: "0.12, 0.34, 0.56".
+/// The cells joined by `between`: "0.12, 0.34, 0.56".
 std::string Joined(const ThreeCells& cells, std::string_view between = ", ");
 
 /// A share as "12.3 %", three significant digits.
 std::string Percent(double share);
 
-/// "0.25", "< 1e-6": what is below one in a million nobody counts.
+/// A p-value as "0.25"; below one in a million it is "< 1e-6".
 std::string Probability(double p);
 
 /// "m/s^2" -> "m/s²", "uT/degC" -> "µT/°C", "tau^1" -> "τ¹"; any other unit as it is.
 std::string DisplayUnit(std::string_view unit);
 
-/// Columns of a terminal line that reports keep to.
+/// Reports keep to this width, so that they fit a terminal of 100 columns.
 inline constexpr std::size_t kTextWidth = 98;
 
-/// So many rows of what is one a pose are listed: a few screens, or one printed page.
+/// The rows listed of a table with one row for each pose: a few screens or one printed page.
 inline constexpr std::size_t kMostListed = 60;
 
-/// The cells of a row, from left to right: words, whole numbers, or several of them.
+/// Fills the cells of a row from left to right with words or whole numbers.
 class TableRow {
  public:
   explicit TableRow(std::vector<std::string>& cells) : cells_(cells) {}
@@ -72,23 +72,23 @@ class TableRow {
   std::vector<std::string>& cells_;
 };
 
-/// A table of ready-made words and numbers, for the terminal and for HTML alike.
+/// A table of finished text, for the terminal and for HTML alike.
 struct Table {
   std::vector<std::string> header;  ///< Empty: none.
   std::string alignment;            ///< 'l' or 'r' for each column.
   std::vector<std::vector<std::string>> rows;
-  std::vector<std::string> ids = {};  ///< Of the rows in a page; empty: none.
-  std::string copy = {};              ///< What the table is copied as from a page; empty: nothing.
-  std::string style = {};             ///< Its class in a page.
+  std::vector<std::string> ids = {};  ///< HTML ids of the rows; empty: none.
+  std::string copy = {};              ///< The text that a page's copy button copies; empty: none.
+  std::string style = {};             ///< The class of the table in a page.
 
   /// A new row: `table.Add() << "bias" << Significant(bias, 4)`.
   TableRow Add() { return TableRow(rows.emplace_back()); }
 };
 
-/// An empty table: "limit; result; P outside".
+/// An empty table whose header is given as "limit; result; P outside".
 Table Headed(std::string_view header, std::string alignment);
 
-/// Columns that `utf8` takes in a terminal.
+/// The number of terminal columns that `utf8` occupies.
 std::size_t DisplayWidth(std::string_view utf8);
 
 /// The table with columns aligned, every line indented by `indent` blanks. A last column of words

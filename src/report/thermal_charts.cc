@@ -26,7 +26,7 @@ std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) 
 
 std::string AxisTitle(Triad triad, int axis) { return TriadTitle(triad) + ' ' + AxisLetter(axis); }
 
-/// A column for each 2.5 % of the temperatures and a row for each tenth of the rates.
+/// A column for each 1/40 of the temperatures; a row for each tenth of the rates, ends included.
 constexpr int kColumns = 40, kRows = 11;
 
 /// The bias of an axis over temperature (columns) and its rate (rows, from the top).
@@ -46,7 +46,7 @@ class BiasSurface {
     }
   }
 
-  /// How long the side of a frame is whose cells' middles are a cell apart.
+  /// The side of a padded frame in which the centres of `cells` cells are one cell apart.
   static double Reach(int cells) { return (1.0 + 2.0 * kLayout.room) * kLayout.cell * (cells - 1); }
 
   const Range& values() const { return values_; }
@@ -57,8 +57,8 @@ class BiasSurface {
     Frame frame(*svg, box, degc_, rates_);
     svg->Rectangle(box.left, box.top, box.width, box.height, "track");
     frame.Draw(title, "°C; up: °C/s");
-    // All cells of a shade at once: a page has thousands.
-    constexpr int kShades = 20;  // On each side of the middle: more the eye does not tell apart.
+    // All cells of a shade are one path, since a page has thousands of cells.
+    constexpr int kShades = 20;  // On each side of the middle; more look alike.
     std::map<int, Points> shades;
     for (const auto& [column, row, bias] : cells_) {
       const double share = 2.0 * (bias - middle()) / values_.span();
@@ -70,7 +70,7 @@ class BiasSurface {
       svg->Cells(corners,
                  kLayout.cell,
                  share < 0.0 ? "minus" : "plus",
-                 (std::abs(shade) + 1.0) / (kShades + 1.0),  // None: it was not reached.
+                 (std::abs(shade) + 1.0) / (kShades + 1.0),  // Opacity 0 means not reached.
                  "about " + Significant(middle() + 0.5 * share * values_.span(), 4) + " " + unit);
     }
   }
@@ -84,8 +84,8 @@ class BiasSurface {
   double Degc(int column) const { return degc_.low + degc_.span() * column / (kColumns - 1.0); }
   double Rate(int row) const { return rates_.high - rates_.span() * row / (kRows - 1.0); }
 
-  /// Nothing is said of what the sweep did not pass within a twentieth of the temperatures and an
-  /// eighth of the rates.
+  /// A cell is drawn only if a window of the sweep lies within 1/20 of the temperature range and
+  /// 1/8 of the range of rates.
   bool WasReached(const std::vector<SweepWindow>& windows, int column, int row) const {
     return std::any_of(windows.begin(), windows.end(), [&](const SweepWindow& window) {
       return std::abs(window.degc - Degc(column)) < degc_.span() / 20.0 &&
@@ -97,7 +97,7 @@ class BiasSurface {
   std::vector<Cell> cells_;
 };
 
-/// What the temperature terms say of the bias of one axis at a settled temperature.
+/// The bias of one axis at a settled temperature according to the temperature terms.
 class BiasCurve {
  public:
   BiasCurve(const Calibration& calibration, Triad triad, int axis)
@@ -134,7 +134,7 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis) {
   if (!calibration.sensors[triad]) return {};
   const std::string unit = DisplayUnit(calibration.sensors[triad]->input_unit);
   const std::string name = AxisTitle(triad, axis);
-  // What warms and what cools, apart.
+  // Heating and cooling branches are drawn separately.
   const Series warming{Series::Kind::kDots, "dots warming"},
       cooling{Series::Kind::kDots, "dots cooling"};
   Panel left{name + ", bias, " + unit,
@@ -155,7 +155,7 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis) {
 }
 
 bool FollowsThePast(const Calibration& calibration, Triad triad, int axis) {
-  constexpr double kLongLag = 0.02;  // Of the sweep: less than a cell of a surface.
+  constexpr double kLongLag = 0.02;  // Of the sweep: less than a cell of a surface (1/40).
   const std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return false;
@@ -200,7 +200,7 @@ std::vector<TemperatureSetting> SettingsOf(const Calibration& calibration, Triad
 Drawing SoakDrawing(const Calibration& calibration, Triad triad, int axis) {
   const std::vector<TemperatureSetting> settings = SettingsOf(calibration, triad);
   if (settings.size() < 2) return {};
-  constexpr int kCurve = 80;  // Points of a curve: no corner of it is seen.
+  constexpr int kCurve = 80;  // 80 points make the curve look smooth.
   const BiasCurve curve(calibration, triad, axis);
   const std::string name = AxisTitle(triad, axis);
   const Series band{Series::Kind::kBand}, line{Series::Kind::kLine, "fit"},

@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// A table over temperature has a row for each eighth of the range, and one of the model, which is
-/// smooth, for each quarter.
+/// A table of data over temperature has a row for each eighth of the range. One of the smooth model
+/// has a row for each quarter with both ends (4 + 1).
 constexpr int kTemperatureRows = 8, kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
@@ -84,9 +84,9 @@ Table RegressionTerms(const SweepRegression& regression) {
   return table;
 }
 
-// Terms that were not tested, those of one reason together.
+// Adds the terms that were not tested, grouped by reason.
 void AddUntested(const SweepRegression& regression, Section* section) {
-  std::vector<std::pair<std::string, std::string>> said;  // Why, and which.
+  std::vector<std::pair<std::string, std::string>> said;  // The reason and the terms.
   for (const RegressionTerm& term : regression.terms) {
     if (term.why.empty()) continue;
     const auto same = std::find_if(
@@ -115,7 +115,7 @@ void AddRegression(const SweepAxis& axis, Section* section) {
   AddUntested(regression, section);
 }
 
-// Means over a share of the temperatures, of one branch.
+// Mean bias of the windows of one branch, heating or cooling.
 std::string MeanText(const std::vector<const SweepWindow*>& windows, int axis, bool heating) {
   double sum = 0.0;
   int count = 0;
@@ -160,7 +160,7 @@ Table DataTable(const Calibration& calibration, Triad triad) {
   return table;
 }
 
-// A round rate that the sweep reached both up and down, or nearly.
+// The upper quartile of the sweep's rates, rounded to one digit.
 double ShownRate(const Quality& quality, Triad triad) {
   std::vector<double> rates;
   for (const SweepWindow& window : quality.sweep.windows) {
@@ -173,7 +173,7 @@ double ShownRate(const Quality& quality, Triad triad) {
   return std::round(*place / power) * power;
 }
 
-// Whether the sweep passed the temperature while it changed about so.
+// Whether a window lies near the temperature at more than half the rate, with its sign.
 bool WasReached(const Calibration& calibration, Triad triad, double degc, double rate) {
   if (rate == 0.0) return true;
   const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
@@ -185,7 +185,7 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-// Without axes of which no table can say anything, since they follow the past.
+// Axes whose bias follows the past are left out: no table over temperature and rate holds it.
 Table SurfaceTable(const Calibration& calibration, Triad triad) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   const ThermalTerms& thermal = *sensor.thermal;
@@ -218,7 +218,7 @@ Table SurfaceTable(const Calibration& calibration, Triad triad) {
   return table;
 }
 
-/// Tables of one sensor over temperature and its rate.
+/// Adds the tables of one sensor over temperature and its rate.
 void AddOverTemperature(const Calibration& calibration, Triad triad, Section* section) {
   const std::string title = TriadTitle(triad);
   const std::string unit = ", " + DisplayUnit(calibration.sensors[triad]->input_unit);

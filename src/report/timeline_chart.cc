@@ -11,15 +11,15 @@
 namespace truetriad {
 namespace {
 
-/// One low panel, as wide as a page, and the next a title below it.
+/// One low panel as wide as a page; kTimelineRow is the distance to the next, with its title.
 constexpr Frame::Box kTimelinePanel{.width = 670.0, .height = 62.0};
 constexpr double kTimelineRow = kTimelinePanel.height + kLayout.below;
-/// A line, a gap or a rest is at least as wide as is seen.
+/// A line, a gap or a rest is drawn at least this wide (user units), or it would be invisible.
 constexpr double kNarrowest = 0.5;
 
 bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostMarks; }
 
-/// Rejected sensors and why, by pose.
+/// By pose, the rejected sensors and why.
 using Reasons = std::map<int, std::string>;
 
 Reasons ReasonsOf(const std::vector<RejectedPose>& rejected) {
@@ -35,12 +35,12 @@ bool HasReadings(const ReadingTrace::Slice& slice) {
   return slice.lowest_raw[0] <= slice.highest_raw[0];
 }
 
-/// The panels of one recording, one below the other over the same time.
+/// The panels of one recording, one below the other with a common time axis.
 class Timeline {
  public:
   Timeline(const PoseSet& poses, const std::vector<RejectedPose>& rejected, bool leads_to_rows)
       : poses_(poses), reasons_(ReasonsOf(rejected)), leads_to_rows_(leads_to_rows) {
-    // Zero is the recording's first reading, left out or not: `exclude:` counts from it.
+    // Zero is the recording's first reading even if it was left out: `exclude:` counts from it.
     start_ns_ = poses.start_ns;
     for (const TimeRange& range : poses.excluded) start_ns_ = std::min(start_ns_, range.start_ns);
     for (const TimeRange& range : poses.excluded) time_.Add(SecondsOf(range.end_ns));
@@ -101,7 +101,7 @@ class Timeline {
     if (has_curve) {
       next("temperature of the rests, °C", degc_, true).DrawDots(temperatures_, "dots raw");
     }
-    // On top of the readings.
+    // Numbers are drawn on top of the readings.
     DrawNumbers(Frame(svg, kTimelinePanel, time_, {0.0, 1.0}), &svg);
     return svg.Finish();
   }
@@ -122,11 +122,11 @@ class Timeline {
     return static_cast<double>(time_ns - start_ns_) * 1e-9;
   }
 
-  /// That of all readings, unless a few slices alone are far beyond all others: those sit on the
-  /// edge, with their values.
+  /// The range of all readings, unless a few slices lie far beyond all others: those are drawn at
+  /// the edge with their values.
   Range RangeOf(const StreamSummary& stream) const {
-    // What is 30 times further than the range of all others leaves two units of a panel to them. A
-    // few are those of three disturbances at most.
+    // Extremes 30 times the range of the others away would leave those 62/30 = 2 units of a panel.
+    // At each end three slices, as of three disturbances, may lie so far out.
     constexpr double kFar = 30.0;
     const std::size_t few = 3;
     std::vector<double> extremes;
@@ -144,7 +144,7 @@ class Timeline {
     return far > 0.0 && std::max(all.high - most.high, most.low - all.low) > far ? most : all;
   }
 
-  /// Values of readings that are drawn on the edge since they are beyond the range.
+  /// Writes the values of readings beyond the range, which are drawn at the edge.
   void DrawFar(const StreamSummary& stream,
                const Range& range,
                const Frame& frame,
@@ -167,11 +167,11 @@ class Timeline {
     }
   }
 
-  /// Each slice as high as its readings; slices that are drawn at one place together.
+  /// Draws each slice as high as its readings; slices at the same position are merged.
   void DrawTrace(const StreamSummary& stream, int axis, const Frame& frame, Svg* svg) const {
-    constexpr double kApart = 2.0;  // Finer a line is not seen.
+    constexpr double kApart = 2.0;  // A finer line is not visible.
     const ReadingTrace& trace = poses_.traces[stream.triad];
-    // Where readings are missing, no line is drawn.
+    // The line is interrupted where readings are missing.
     const double gap_s = stream.rate_hz > 0.0 ? 5.0 / stream.rate_hz : 0.0;
     const double slice_s = 1e-9 * static_cast<double>(trace.slice_ns);
     double last_s = 0.0;
@@ -192,7 +192,7 @@ class Timeline {
       }
       last_s = time_s;
       if (!spans.empty() && spans.back().x == x) {
-        spans.back().low = std::max(spans.back().low, span.low);  // Of the page, whose y is down.
+        spans.back().low = std::max(spans.back().low, span.low);  // Page y points down.
         spans.back().high = std::min(spans.back().high, span.high);
       } else {
         spans.push_back(span);
@@ -210,7 +210,7 @@ class Timeline {
     return found == reasons_.end() ? words : words + found->second;
   }
 
-  /// Many are joined where what is between them is narrower than a line.
+  /// Rests without tooltips are merged where the gap between them is narrower than a line.
   void DrawRests(const Frame& frame, double top, Svg* svg) const {
     const bool says_each = leads_to_rows_ && HasNumbers(poses_);
     double begin = 0.0, end = -1.0;
@@ -232,9 +232,9 @@ class Timeline {
     flush();
   }
 
-  /// As many as there is room for; of rejected ones all, with a cross.
+  /// Draws the numbers of poses that have room; rejected ones all get a cross.
   void DrawNumbers(const Frame& frame, Svg* svg) const {
-    const double apart = 3.5 * kLayout.letter;  // Three digits and a gap.
+    const double apart = 3.5 * kLayout.letter;  // Room for three digits and a gap.
     double last = -apart, last_rejected = -apart;
     for (const StaticPose& pose : poses_.poses) {
       const double x = frame.X(0.5 * (SecondsOf(pose.start_ns) + SecondsOf(pose.end_ns)));
@@ -265,7 +265,7 @@ class Timeline {
 Drawing TimelineDrawing(const PoseSet& poses,
                         const std::vector<RejectedPose>& rejected,
                         bool leads_to_rows) {
-  // Several recordings have no time in common.
+  // Several recordings have no common time.
   const bool has_times = poses.has_time && poses.duration_s > 0.0 && poses.sessions.empty();
   if (!has_times) return {};
   Timeline timeline(poses, rejected, leads_to_rows);

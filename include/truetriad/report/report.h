@@ -16,7 +16,7 @@ namespace truetriad {
 
 struct Plan;
 
-/// How good the news is that a text begins with; neutral: usable, but nothing was asked of it.
+/// How good the news is with which a text begins; neutral: usable, but without limits to meet.
 enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
 
@@ -24,39 +24,37 @@ Grade GradeOf(const Calibration& calibration);
 /// parameters ± σ, predicted uncertainty, held-out error, residuals, weak directions.
 std::string CalibrationText(const Calibration& calibration);
 
-/// A script that stands in a page, and what the page's policy allows it by: "sha256-…" of its
-/// bytes.
+/// A script in a page, and the hash "sha256-…" of its bytes by which the page's policy allows it.
 struct EmbeddedScript {
   std::string_view text;
   std::string_view hash;
 };
 
 struct ReportLooks {
-  /// The folder in which report.css and report.js are, as seen from the page; empty: they are in
-  /// it.
+  /// The folder of report.css and report.js as seen from the page; empty: the page contains them.
   std::string assets = {};
-  /// Plotly with traces `scatter3d`, for what turns; empty: nothing does. Only without `assets`.
+  /// Plotly with `scatter3d` traces, for spheres to turn; empty: none turn. Only without `assets`.
   EmbeddedScript plots = {};
 };
 
-/// A drawing and what it shows; on pages alone. Nothing where it is empty.
+/// A drawing and its caption, for pages only. Both are empty where there is nothing to show.
 struct Drawing {
   std::string svg;
   std::string caption;
-  std::string sensor = {};  ///< To whose rows its marks of poses lead.
-  std::string scene = {};   ///< What a script draws in its place, as JSON; empty: nothing.
+  std::string sensor = {};  ///< Its marks of poses link to this sensor's rows.
+  std::string scene = {};   ///< JSON from which a script draws; empty: none.
 };
 
-/// What a page shows beyond what a calibration file holds; each may be missing.
+/// What a page shows beyond the contents of a calibration file; each may be missing.
 struct ReportSources {
-  const PoseSet* poses = nullptr;  ///< From what it was calibrated: the recording over time.
-  std::vector<Drawing> noise;      ///< From where the noise at rest was taken.
-  /// A page of the same calibration, of which what these would show is taken over; may be empty.
+  const PoseSet* poses = nullptr;  ///< The input: the recording over time.
+  std::vector<Drawing> noise;      ///< Of the recording of the noise at rest.
+  /// An earlier page of the same calibration, from which missing sources are copied; may be empty.
   std::string_view earlier_page = {};
 };
 
-/// One self-contained HTML page (inline CSS, SVG and script, no network; whole without its script):
-/// the same order. Same input, same bytes.
+/// One self-contained HTML page (inline CSS, SVG and script, no network; complete without its
+/// script) in the same order. The same input gives the same bytes.
 std::string CalibrationHtml(const Calibration& calibration,
                             const ReportLooks& looks = {},
                             const ReportSources& sources = {});
@@ -64,30 +62,30 @@ std::string CalibrationHtml(const Calibration& calibration,
 std::string ReportStyleSheet();
 std::string ReportScript();
 
-/// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z", what it has of that.
+/// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z", as far as the file holds it.
 std::string OriginOf(const std::string& file, const Calibration& calibration);
 
-/// What other verbs say: on the terminal, and as a page like that of a calibration.
+/// The report of other verbs: as terminal text, and as a page like that of a calibration.
 struct VerbReport {
   Grade grade = Grade::kBad;
   std::string text;
   std::string html;
 };
 
-/// Of `inspect`: rates, gaps, poses found, coverage, noise, temperature range. `tried`: what a
-/// calibration with defaults makes of it, or why there is none.
+/// Report of `inspect`: rates, gaps, poses found, coverage, noise, temperature range. `tried`: the
+/// calibration with defaults, or the error why there is none.
 VerbReport ReportOf(const PoseSet& poses, const Result<Calibration>& tried);
 
-/// `about`: what was compared with what, a sentence each.
+/// `about`: what was compared with what, one sentence each.
 VerbReport ReportOf(const EvaluationSummary& evaluation,
                     const Calibration& calibration,
                     const std::vector<std::string>& about = {});
 VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& about = {});
 VerbReport ReportOf(const Comparison& comparison, const std::vector<std::string>& about = {});
 
-/// The verdict, the poses in their order, σ of every quantity before and after, what was wanted,
-/// what the poses cannot see, and the comparison with random poses. The page is for the person who
-/// takes the poses: a picture of the cube for each, then the same tables.
+/// The verdict, the poses in their order, σ of every quantity before and after, the goals, what the
+/// poses cannot observe, and the comparison with random poses. The page, for the person who takes
+/// the poses, adds a picture of the cube for each.
 VerbReport ReportOf(const Plan& plan);
 
 }  // namespace truetriad

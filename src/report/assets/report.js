@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Of a report, which is whole without it: copies corrections, and goes from a pose in a drawing to its row.
+// Script of a report, which is complete without it: copies corrections and links poses to their rows.
 'use strict';
 (() => {
   document.documentElement.classList.add('scripted');
 
-  // From the disk the clipboard is not always there.
+  // For a page opened from disk the clipboard may be unavailable.
   const copy = async (text) => {
     try {
       await navigator.clipboard.writeText(text);
@@ -48,7 +48,7 @@
     row.scrollIntoView({ block: 'center' });
   });
 
-  // What does not scroll is no stop on the way of the Tab key.
+  // An element that does not scroll is removed from the Tab order.
   const stops = document.querySelectorAll('.scroll');
   const trim = () => {
     for (const stop of stops) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is read at the poses on the unit sphere, to be turned, where Plotly is in the page.
+// Draws the readings on the unit sphere as a scene that can be turned, where Plotly is in the page.
 'use strict';
 (() => {
   if (!window.Plotly || !document.createElement('canvas').getContext('webgl')) return;
@@ -26,7 +26,7 @@
     return { x: along(0), y: along(1), z: along(2), text, type: 'scatter3d', mode: 'lines+text', hoverinfo: 'skip', showlegend: false, line: { color: colour('soft'), width: 2 }, textfont: { color: colour('ink'), size: 14 } };
   };
 
-  // Of a pose: number, whether it was rejected, then x, y, z and error, raw and corrected.
+  // Fields of a pose: number, whether rejected, then x, y, z and error, raw and corrected.
   const readings = ({ poses, unit }, name, first, symbol) => ({
     x: poses.map((pose) => pose[first]),
     y: poses.map((pose) => pose[first + 1]),
@@ -59,7 +59,7 @@
     return Plotly.react(place, traces, layout, { displayModeBar: false, scrollZoom: false });
   };
 
-  // By the arrow keys, too: round the z axis, and up and down.
+  // The arrow keys turn the sphere, too: about the z axis, and up and down.
   const turn = (place, key) => {
     const { x, y, z } = place.layout.scene.camera.eye;
     const length = Math.hypot(x, y, z);
