@@ -11,8 +11,8 @@
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"
 
-// PX4 parameters as QGroundControl loads them, and ArduPilot parameters. In float32, before the
-// board's rotation, the compass of ArduPilot after it:
+// PX4 parameters as QGroundControl loads them, and ArduPilot parameters. Both correct in float32
+// before the board's rotation, except the compass of ArduPilot, which is corrected after it:
 //
 //   PX4        accelerometer  (y - P(T) - OFF) o SCALE                      m/s^2
 //              gyroscope       y - P(T) - OFF                               rad/s
@@ -21,11 +21,11 @@
 //              gyroscope       y - [P(T) - P(CALTEMP)] - OFFS               rad/s
 //              compass        D s (y + OFS), D symmetric, s = SCALE         milligauss
 //
-// and of ArduPilot up to 3.2, of a reading that is turned into the vehicle's axes, SCAL o y - OFFS.
+// and in ArduPilot up to 3.2 SCAL o y - OFFS of a reading in the vehicle's axes.
 //
 //   P(T) = scale (X0 + X1 d + X2 d^2 + X3 d^3),  d = clamp(T, TMIN, TMAX) - centre
 //
-// with TREF for centre and 1 for scale in PX4, 35 degC and 1e-6, and no X0, in ArduPilot.
+// where centre is TREF and scale 1 in PX4, and 35 degC and 1e-6 without X0 in ArduPilot.
 // PX4: src/lib/sensor_calibration/{Accelerometer,Gyroscope,Magnetometer}.hpp (Correct),
 // src/modules/temperature_compensation/TemperatureCompensation.cpp. ArduPilot:
 // AP_InertialSensor/AP_InertialSensor_{Backend,tempcal,Params}.cpp,
@@ -39,12 +39,12 @@ constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre a
 // ArduPilot stores this in CALTEMP before it has calibrated a sensor.
 constexpr float kNoCalibrationTemperature = -300.0F;
 
-/// What an autopilot calls the parameters of a sensor, as patterns.
+/// An autopilot's names for the parameters of a sensor, as patterns.
 struct SensorNames {
   Triad triad;
   std::vector<Field> fields;
   std::string_view id;
-  std::string thermal = {};    ///< Begin of ID, TMIN and TMAX; empty: without temperature.
+  std::string thermal = {};    ///< First letters of ID, TMIN, TMAX; empty: none.
   std::string enable = {};     ///< 1: the temperature terms are in use.
   std::string reference = {};  ///< TREF, or CALTEMP.
   std::string term = {};
@@ -115,8 +115,8 @@ const Autopilot& ArduPilot() {
   return autopilot;
 }
 
-/// `slot` of the parameters of a sensor, with the number `id`. Errors: none is free (bad input),
-/// there is no such one (usage).
+/// `slot`, if the autopilot has such a set of parameters; `id` is the pattern of its
+/// identification. Errors: none is free (bad input), there is no such set (usage).
 Result<int> SlotOf(const Autopilot& autopilot,
                    Triad triad,
                    std::string_view id,
@@ -145,8 +145,8 @@ std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double 
   return terms;
 }
 
-/// What a comment says of the axes of the magnetometer whose number is in a parameter, behind its
-/// name: roll, pitch and yaw from the board's.
+/// The words of a comment on the axes of the magnetometer, between the name of its identification
+/// parameter and its roll, pitch and yaw from the board's axes.
 constexpr std::string_view kInAxesTurnedBy = ": in axes turned by ";
 
 // ---------------------------------------------------------------------------------------- writing
@@ -156,7 +156,7 @@ class ParameterText {
   explicit ParameterText(bool is_px4) : is_px4_(is_px4) {}
 
   void Float(const std::string& name, double value) {
-    // Tools that load ArduPilot's files do not all read exponents.
+    // Some tools that load ArduPilot's files do not read exponents.
     const auto number = static_cast<float>(value);
     Line(name, is_px4_ ? NumberText(number) : PlainNumberText(number), "9");
   }
@@ -174,7 +174,7 @@ class ParameterText {
     text += "deg (roll, pitch, yaw) from the board's.\n";
   }
   std::string text;
-  int slot = 0;  ///< Of the sensor whose parameters are written.
+  int slot = 0;  ///< The set of parameters that is written.
 
  private:
   void Line(const std::string& name, const std::string& value, std::string_view type) {
@@ -197,7 +197,7 @@ void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) 
   const auto warn = [&](bool is_so, const std::string& what) {
     if (is_so) request.warnings.push_back(std::string(TriadName(names.triad)) + ": " + what);
   };
-  // Limits of the sources named above.
+  // Limits of the sources named above: PX4 ignores smaller offsets and rejects other scales.
   constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
   warn(!has_id,
        "without --id, PX4 uses these values only if " + Expanded(names.id, slot) +
@@ -245,13 +245,13 @@ void WarnOfArduPilot(const SensorNames& names, const WriteRequest& request) {
        "only where the recording's axes are the vehicle's");
 }
 
-/// Whether offsets are subtracted of what is scaled.
+/// Whether offsets are subtracted after scaling.
 bool IsScaledFirst(std::string_view firmware, Triad triad) {
   return firmware == kArduPilotOf2014 && triad == Triad::kAccelerometer;
 }
 
-/// The range in which the temperature terms of an IMU of ArduPilot hold, one for both sensors;
-/// unset: there are none.
+/// The range in which the temperature terms of an ArduPilot IMU hold, common to both sensors; unset
+/// if there are none.
 Result<std::optional<Eigen::Vector2d>> CommonRange(const Calibration& calibration) {
   std::optional<Eigen::Vector2d> range;
   for (const std::optional<TriadCalibration>& sensor : calibration.sensors) {
@@ -280,7 +280,7 @@ void WriteTerms(bool is_px4,
                 const SensorNames& names,
                 const ThermalTerms& thermal,
                 ParameterText* out) {
-  // The constant stands in the offset, where the autopilots' own calibrations put it.
+  // The constant is in the offset, as in the autopilots' own calibrations.
   std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
   terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
   terms.resize(kFirmwareOrder + 1, Eigen::Vector3d::Zero());
@@ -296,8 +296,8 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
   out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
-/// What firmware has of its own must not correct a sensor twice: terms of a PX4 sensor without any
-/// are nobody's; those of an ArduPilot IMU are zero at CALTEMP, or all of them are off.
+/// Disables old temperature terms, which would correct a sensor twice: those of a PX4 sensor
+/// without terms lose its number; an ArduPilot IMU's become zero at CALTEMP or are switched off.
 Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
@@ -308,7 +308,7 @@ Status WriteThermal(const Autopilot& autopilot,
   if (autopilot.is_px4) {
     const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
     const std::int64_t slot = request.options.thermal_slots[names.triad].value_or(out->slot);
-    if (!thermal && slot == Tags::kNoSlot) return {};  // The vehicle has none of this sensor.
+    if (!thermal && slot == Tags::kNoSlot) return {};  // The vehicle has no terms of this sensor.
     const std::string number = names.thermal + "ID";
     TRUETRIAD_ASSIGN_OR_RETURN(out->slot, SlotOf(autopilot, names.triad, number, slot));
     if (id || !thermal) out->Integer(number, thermal ? *id : 0);
@@ -395,11 +395,11 @@ Result<Files> WriteParameters(const Autopilot& autopilot, const WriteRequest& re
 /// The named numbers of an autopilot's parameter file, as firmware stores them.
 struct ParameterList {
   std::map<std::string, float> values;
-  /// A sensor's number, exactly, where it is whole and not 0, which is no sensor's.
+  /// The identifications, exactly, of integers other than 0, which means no sensor.
   std::map<std::string, std::int64_t> ids;
-  std::map<std::string, Eigen::Vector3d> turns_deg;  ///< What comments say (kInAxesTurnedBy).
+  std::map<std::string, Eigen::Vector3d> turns_deg;  ///< Angles in comments (kInAxesTurnedBy).
 
-  /// `otherwise`: firmware's own default when the file does not hold it.
+  /// `otherwise`: the firmware's default, for a parameter that the file does not hold.
   float Get(const std::string& name, float otherwise) const {
     const auto found = values.find(name);
     return found == values.end() ? otherwise : found->second;
@@ -408,7 +408,7 @@ struct ParameterList {
     const auto found = ids.find(name);
     return found == ids.end() ? std::nullopt : std::optional(found->second);
   }
-  /// The first set of parameters with this number, or that has none.
+  /// The first set of parameters with this number, or without any number if `id` is unset.
   std::optional<int> SlotWith(const std::optional<std::int64_t>& id,
                               const std::string& pattern,
                               const Autopilot& autopilot,
@@ -420,8 +420,8 @@ struct ParameterList {
   }
 };
 
-/// One parameter a line: the name in field `name_field`, the value in the next; fields are
-/// separated by blanks, tabs or commas; `#` starts a comment. Errors name the line.
+/// Reads one parameter a line: its name in field `name_field`, its value in the next field. Fields
+/// are separated by blanks, tabs or commas; `#` starts a comment. Errors name the line.
 Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field) {
   ParameterList list;
   for (const auto& [place, line, words] : WordLines(file)) {
@@ -447,7 +447,7 @@ Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field
           place,
           name + ": `" + text + "` is not a number; expected a name and a value on each line");
     }
-    // Some programs write all numbers with decimals.
+    // Some programs write integers with decimals.
     const std::size_t point = text.find('.');
     const bool is_whole =
         text.find_first_not_of('0', std::min(point, text.size() - 1) + 1) == text.npos;
@@ -465,7 +465,7 @@ class SensorParameters {
   SensorParameters(const ParameterList& list, const SensorNames& names, int instance)
       : list_(list), names_(names), instance_(instance) {}
 
-  /// Some of its offsets are there; an ID of 0 is no sensor's.
+  /// Whether some of its offsets are in the list; an ID of 0 means no sensor.
   bool IsThere() const {
     bool any = false;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -485,7 +485,7 @@ class SensorParameters {
     return vector;
   }
 
-  /// What of offsets and scales the list does not state; empty: it states all.
+  /// The offsets and scales that the list lacks; empty: none.
   std::string Missing() const {
     std::string missing;
     for (const Field& field : names_.fields) {
@@ -500,7 +500,7 @@ class SensorParameters {
 
   std::optional<std::int64_t> Id() const { return list_.Id(Expanded(names_.id, instance_)); }
 
-  /// The slot with its temperature terms: of PX4 that with its number, whatever else is known.
+  /// The set of its temperature terms: in PX4 the one with the sensor's number, if there is one.
   std::optional<int> ThermalSlot(const Autopilot& autopilot) const {
     if (!autopilot.is_px4 || names_.thermal.empty()) return instance_;
     const std::string name = names_.thermal + "ID";
@@ -511,7 +511,7 @@ class SensorParameters {
     return is_said && (id || Number(name, 0.0F) == 0.0F) ? std::nullopt : std::optional(instance_);
   }
 
-  /// The same of PX4 for terms to come: one that is nobody's, where none has the sensor's number.
+  /// The PX4 set for new terms: the one with the sensor's number, else one without a number.
   std::int64_t ThermalPlace(const Autopilot& autopilot) const {
     for (const std::optional<std::int64_t>& id : {Id(), {}}) {
       const auto slot = list_.SlotWith(id, names_.thermal + "ID", autopilot, names_.triad);
@@ -546,7 +546,7 @@ class SensorParameters {
 
  private:
   void AddThermal(bool is_px4, CorrectionParts* parts) const {
-    // Firmware's own defaults.
+    // The firmware's defaults.
     const float lowest = Number(names_.thermal + "TMIN", 0.0F);
     const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
     const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);
@@ -555,7 +555,7 @@ class SensorParameters {
     std::array<Eigen::Vector3f, kFirmwareOrder + 1> terms;
     for (std::size_t power = 0; power <= kFirmwareOrder; ++power)
       terms[power] = Vector(names_.term, 0.0F, power);
-    // INS_TCAL1_ACC0_X is no parameter.
+    // ArduPilot has no constant term: INS_TCAL1_ACC0_X does not exist.
     if (!is_px4) terms[0].setZero();
     const auto polynomial = [=](float temperature) -> Eigen::Vector3f {
       const float d = std::clamp(temperature, lowest, highest) - centre;
@@ -584,8 +584,8 @@ class SensorParameters {
   int instance_;
 };
 
-/// Roll, pitch and yaw from the board's axes into those in which a magnetometer is corrected;
-/// unset: the list does not say.
+/// Roll, pitch and yaw from the board's axes to those in which a magnetometer is corrected; unset
+/// if the list does not determine them.
 std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
                                          bool is_px4,
                                          std::string_view id,
@@ -596,7 +596,7 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
   const auto number = [&list](const std::string& name) { return list.Get(name, -2.0F); };
   if (!is_px4) return BoardTurnDeg(number("AHRS_ORIENTATION"), kBoardRotations.size());
   const float own = number(rotation);
-  if (own == -1.0F) return Eigen::Vector3d(Eigen::Vector3d::Zero());  // It is on the board.
+  if (own == -1.0F) return Eigen::Vector3d(Eigen::Vector3d::Zero());  // The sensor is on the board.
   const auto sensor = BoardTurnDeg(own, kPx4BoardRotations);
   const auto board = BoardTurnDeg(list.Get("SENS_BOARD_ROT", 0.0F), kPx4BoardRotations);
   if (!sensor || !board) return std::nullopt;
@@ -605,7 +605,7 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
     level[static_cast<Eigen::Index>(axis)] =
         list.Get(Expanded("SENS_BOARD_*_OFF", instance, axis), 0.0F);
   }
-  // Both are into the body's axes.
+  // Both rotations are into the body's axes.
   return TurnDegOf(TurnOf(*sensor).transpose() * TurnOf(level) * TurnOf(*board));
 }
 
@@ -615,7 +615,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                     Triad::kAccelerometer,
                                     autopilot.sensors[0].id,
                                     request.instance.value_or(autopilot.first_instance)));
-  // QGroundControl's lines begin with the numbers of vehicle and component.
+  // A line of QGroundControl begins with the ids of vehicle and component.
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
                              ParseList(request.files[0], autopilot.is_px4 ? 2 : 0));
   Carried carried;

@@ -8,7 +8,7 @@
 #include "formats/format.h"
 #include "formats/text.h"
 
-// Betaflight's and INAV's command lines; whole numbers in counts.
+// Command lines of Betaflight and INAV; whole numbers in counts.
 //
 //   Betaflight  accelerometer, magnetometer   align(y) - zero
 //   INAV        accelerometer                 (y - acczero) accgain / 4096
@@ -21,12 +21,12 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
-// INAV: what its gains are shares of, and the end of their range (settings.yaml).
+// INAV: the gains that mean 1, and the end of their range (settings.yaml).
 constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
 constexpr int kMaxGain = 8192;  // Twice 4096.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
 
-/// Half away from zero.
+/// Rounds half away from zero. Error: outside low to high.
 Result<int> Whole(const std::string& what, double value, int low, int high) {
   const double rounded = std::round(value);
   if (!(rounded >= low && rounded <= high)) {
@@ -37,10 +37,10 @@ Result<int> Whole(const std::string& what, double value, int low, int high) {
   return static_cast<int>(rounded);
 }
 
-/// The settings of a sensor in the order in which they are written: what INAV's gain is a share of,
-/// or divides.
+/// A setting of a sensor, in the order of writing; `unity` is the value of INAV's gain that means
+/// 1.
 struct Setting {
-  std::string_view name;  ///< `*` is the axis; without it all three stand in one.
+  std::string_view name;  ///< `*` is the axis; without it one setting holds all three.
   Quantity quantity;
   double unity = 1.0;
   bool is_inverse = false;
@@ -51,7 +51,7 @@ struct Settings {
   std::string_view warning;
 };
 const Settings& Betaflight() {
-  // The 1 marks the calibration as done.
+  // The trailing 1 marks the calibration as done.
   static const auto& settings =
       *new Settings{{{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
                        {},
@@ -71,7 +71,7 @@ const Settings& Inav() {
   return settings;
 }
 
-/// "acczero_x"; a name without `*` as it stands.
+/// The name with the letter of the axis, "acczero_x"; a name without `*` is unchanged.
 std::string SettingName(const Setting& setting, Eigen::Index axis) {
   std::string name(setting.name);
   if (const std::size_t star = name.find('*'); star != std::string::npos)
@@ -106,7 +106,7 @@ Result<Files> WriteSettings(const Settings& settings, const WriteRequest& reques
   return Files{{"", text + "save\n"}};
 }
 
-/// The numbers of each `set name = n,n,n`.
+/// The numbers of each line `set name = n,n,n`.
 Result<std::map<std::string, std::vector<int>>> StoredSettings(const ExportedFile& file) {
   std::map<std::string, std::vector<int>> settings;
   for (const auto& [place, line, words] : WordLines(file)) {

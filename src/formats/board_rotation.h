@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-/// Roll, pitch and yaw in degrees by which a board is turned, body <- sensor, as autopilots number
-/// them. MAVLink: MAV_SENSOR_ORIENTATION; ArduPilot: AP_Math/rotations.h; PX4:
+/// Roll, pitch and yaw in degrees by which a board is rotated, body <- sensor, in the numbering of
+/// autopilots. MAVLink: MAV_SENSOR_ORIENTATION; ArduPilot: AP_Math/rotations.h; PX4:
 /// lib/conversion/rotation.h.
 inline constexpr std::array<std::array<double, 3>, 44> kBoardRotations = {{
     {0, 0, 0},     {0, 0, 45},    {0, 0, 90},        {0, 0, 135},   {0, 0, 180},   {0, 0, 225},
@@ -26,31 +26,31 @@ inline constexpr std::array<std::array<double, 3>, 44> kBoardRotations = {{
     {90, 180, 90}, {90, 0, 270},  {90, 68.8, 293.3}, {0, 315, 0},   {90, 315, 0},  {0, 7, 0},
     {45, 0, 0},    {315, 0, 0},
 }};
-/// PX4 numbers the first of them, and has others behind.
+/// PX4 shares the numbers of the first 41 and has other rotations from there on.
 inline constexpr std::size_t kPx4BoardRotations = 41;
 
-/// Of a parameter's number; unset: it is none of the first `count`.
+/// The rotation of a parameter's number; unset if it is none of the first `count`.
 inline std::optional<Eigen::Vector3d> BoardTurnDeg(double number, std::size_t count) {
   const bool is_known = number >= 0.0 && number < static_cast<double>(count);
   if (!is_known || number != std::floor(number)) return std::nullopt;
   return Eigen::Vector3d(kBoardRotations[static_cast<std::size_t>(number)].data());
 }
 
-/// Roll, then pitch, then yaw.
+/// The rotation matrix: roll first, then pitch, then yaw.
 inline Eigen::Matrix3d TurnOf(const Eigen::Vector3d& roll_pitch_yaw_deg) {
   const Eigen::Vector3d angles = kRadPerDeg * roll_pitch_yaw_deg;
   Eigen::Matrix3d rotation = (Eigen::AngleAxisd(angles[2], Eigen::Vector3d::UnitZ()) *
                               Eigen::AngleAxisd(angles[1], Eigen::Vector3d::UnitY()) *
                               Eigen::AngleAxisd(angles[0], Eigen::Vector3d::UnitX()))
                                  .toRotationMatrix();
-  // Quarter turns exactly.
+  // Rounding makes quarter turns exact.
   for (double& entry : rotation.reshaped()) {
     if (std::abs(entry - std::round(entry)) < 1e-12) entry = std::round(entry) + 0.0;
   }
   return rotation;
 }
 
-/// The angle of the smallest of them: parameters of the vehicle state no smaller turn of a sensor.
+/// The angle of the smallest of these rotations; autopilots have no parameter for a smaller one.
 inline double SmallestBoardTurnDeg() {
   double smallest = 180.0;
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {
@@ -62,13 +62,13 @@ inline double SmallestBoardTurnDeg() {
 
 /// The angles of a rotation: TurnOf(TurnDegOf(R)) = R.
 inline Eigen::Vector3d TurnDegOf(const Eigen::Matrix3d& rotation) {
-  // With the nose straight up or down roll and yaw are one turn, and roll is taken to be zero.
+  // At a pitch of ±90° roll and yaw turn about the same axis, and roll is set to zero.
   const bool is_upright = std::abs(rotation(2, 0)) > 1.0 - 1e-12;
   const Eigen::Vector3d angles(is_upright ? 0.0 : std::atan2(rotation(2, 1), rotation(2, 2)),
                                -std::asin(std::clamp(rotation(2, 0), -1.0, 1.0)),
                                is_upright ? std::atan2(-rotation(0, 1), rotation(1, 1))
                                           : std::atan2(rotation(1, 0), rotation(0, 0)));
-  // Whole degrees exactly.
+  // Rounding to 1e-9° makes whole degrees exact.
   return (1e9 * kDegPerRad * angles).array().round().matrix() / 1e9 + Eigen::Vector3d::Zero();
 }
 

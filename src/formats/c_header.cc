@@ -19,18 +19,18 @@
 //
 //   truth = C(u) (raw - b(u) - G force),  u = (clamp(T, low, high) - reference) * per_degc
 //
-// b and C are polynomials in u; without temperature terms they are constants. The correction is
-// stored, not the sensitivity, so that firmware inverts nothing.
+// b and C are polynomials in u, or constants without temperature terms. The correction C is stored
+// instead of the sensitivity, so that firmware need not invert a matrix.
 
 namespace truetriad {
 namespace {
 
-// As high as a fitted polynomial in place of pieces goes (restate.cc).
+// The degree of the polynomial that replaces pieces (kRefitOrder of restate.cc).
 constexpr int kMaxBiasOrder = 9;
-// Both ends and the middle of the temperatures.
+// One at each end and one in the middle of the temperatures.
 constexpr int kTestVectors = 3;
 
-/// The numbers of one triad as they stand in the header. Matrices by rows.
+/// The numbers of one triad as written in the header. Matrices by rows.
 struct FloatTable {
   using Matrix = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
   // reference, low, high degC, per_degc; only with temperature terms
@@ -39,7 +39,7 @@ struct FloatTable {
   std::vector<Matrix> correction;
   std::optional<Matrix> g_sensitivity;
 
-  /// In firmware's order of operations.
+  /// The correction in the order of operations of the firmware.
   Eigen::Vector3f Correct(const Eigen::Vector3f& raw,
                           const Eigen::Vector3f& force_mps2,
                           float temperature_degc) const {
@@ -59,7 +59,7 @@ struct FloatTable {
   }
 };
 
-/// The least degree at which polynomials in u follow C(T) within a tenth of float32's rounding.
+/// The polynomials in u of least degree that follow C(T) within a tenth of float32's rounding.
 std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, double per_degc) {
   const ThermalTerms& thermal = *sensor.thermal;
   const auto correction_at = [&](double u) {
@@ -68,12 +68,12 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   };
   const double low = (thermal.range_degc[0] - thermal.reference_degc) * per_degc;
   const double high = (thermal.range_degc[1] - thermal.reference_degc) * per_degc;
-  // 1 / (1 + s u) with gains that change by a per mille a degree needs four; more than eight is no
-  // sensor.
+  // 1 / (1 + s u) with gains that change by 0.1 % per degree needs degree four. Above eight a fit
+  // is not improved further.
   constexpr int kMaxDegree = 8;
-  // Four and more between the zeros of the highest polynomial.
+  // At degree eight four points or more lie between neighbouring zeros of the polynomial.
   constexpr int kChecks = 33;
-  // A tenth of what rounding to float32 does.
+  // A tenth of the rounding error of float32.
   constexpr double kFitTolerance = 0.1 * std::numeric_limits<float>::epsilon();
   const double size = correction_at(low).norm();
   std::vector<Eigen::Matrix3d> terms;
@@ -107,7 +107,7 @@ FloatTable TableOf(const TriadCalibration& sensor) {
   const ThermalTerms& thermal = *sensor.thermal;
   const double reach = std::max(std::abs(thermal.range_degc[0] - thermal.reference_degc),
                                 std::abs(thermal.range_degc[1] - thermal.reference_degc));
-  // A power of two, exact in float32, so that the terms in u are those in tau but for rounding.
+  // A power of two is exact in float32, so the terms in u equal those in tau but for rounding.
   const double per_degc = std::exp2(-std::ceil(std::log2(std::max(reach, 1.0))));
   table.temperature = {static_cast<float>(thermal.reference_degc),
                        static_cast<float>(thermal.range_degc[0]),
@@ -134,7 +134,7 @@ std::string Row(const float* values, std::size_t count) {
   return text + "}";
 }
 
-/// Collects declarations and the check sum of their numbers.
+/// Collects declarations and the checksum of their numbers.
 class HeaderText {
  public:
   void Array(const std::string& name, const float* values, std::size_t count) {
@@ -151,7 +151,7 @@ class HeaderText {
     for (std::size_t i = 0; i < rows; ++i) {
       text_ += "    " + Row(items[i].data(), columns) + (i + 1 < rows ? ",\n" : "};\n");
     }
-    Add("&" + name + "[0][0]", items->data(), rows * columns);  // One after the other.
+    Add("&" + name + "[0][0]", items->data(), rows * columns);  // Row after row.
   }
 
   void Plain(std::string_view text) { text_ += text; }
@@ -252,7 +252,7 @@ std::string CorrectFunction(Triad triad, const FloatTable& table) {
   return text;
 }
 
-/// Raw, force, temperature, expected truth.
+/// Raw reading, force, temperature and expected truth.
 using TestVector = Eigen::Matrix<float, 10, 1>;
 
 std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor, double signal) {
@@ -265,7 +265,7 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
     TriadModel<double> model = sensor.model;
     if (sensor.thermal) {
       const Eigen::Vector2d& range = sensor.thermal->range_degc;
-      // Rounded as firmware sees it, so that the expected value belongs to it.
+      // Rounded to float32 as in firmware, so that the expected value belongs to this temperature.
       temperature = static_cast<float>(range[0] + (range[1] - range[0]) * i / (kTestVectors - 1.0));
       model = ModelAtTemperature(sensor.model, *sensor.thermal, temperature);
     }
@@ -281,8 +281,8 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
   return vectors;
 }
 
-/// What rounding in float32 may do to a test vector: each of some thirty operations rounds a number
-/// no larger than the reading or the bias.
+/// Bound on the float32 rounding error of a test vector: each of about thirty operations rounds a
+/// number no larger than the reading or the bias.
 float Tolerance(const TriadCalibration& sensor, double signal) {
   constexpr double kOperations = 30.0;  // Two products of a matrix and polynomials.
   const double size = signal + (sensor.model.Correction() * sensor.model.bias).norm();
@@ -374,7 +374,7 @@ static inline int truetriad_self_test(void) {
 
 // ---------------------------------------------------------------------------------------- reading
 
-/// The numbers of an array; empty when there is none.
+/// The numbers of an array; empty if there is none.
 std::vector<float> ReadArray(const std::string& text, const std::string& name) {
   return ReadConstant(text, "static const float " + name + "[");
 }

@@ -18,7 +18,7 @@ Eigen::Matrix3d Rows(const Entries& numbers) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
 }
 
-/// The symbols of format.h.
+/// The symbols of format.h, evaluated.
 struct Symbols {
   Eigen::Vector3d b;
   Eigen::Matrix3d S, C, K, G, M, R;
@@ -42,7 +42,7 @@ struct Symbols {
 constexpr std::array<std::array<Eigen::Index, 2>, 6> kLower = {
     {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}}};
 
-/// What a quantity is of our model, and of the consumer's equation.
+/// How a quantity follows from our model, and how it sets the consumer's equation.
 struct Convention {
   Quantity quantity;
   Entries (*of)(const Symbols& symbols);
@@ -100,7 +100,7 @@ const Convention kConventions[] = {
     {Quantity::kMisalignment,
      [](const Symbols& s) -> Entries {
        Eigen::Matrix3d T = s.C * s.K.inverse();
-       T.diagonal().setOnes();  // They are, up to rounding.
+       T.diagonal().setOnes();  // The entries are 1 up to rounding.
        return ByRows(T);
      },
      TakeMatrix},
@@ -177,7 +177,7 @@ Stated StatedTogether(std::span<const Field> fields, const double* numbers) {
 
 CorrectionParts CorrectionParts::Of(const Stated& stated) {
   CorrectionParts parts;
-  // Quantities are taken in their order, so that one that sets a matrix precedes what changes it.
+  // The enumerators are in order, so a quantity that sets a matrix precedes one that changes it.
   for (const auto& [quantity, numbers] : stated) ConventionOf(quantity).take(numbers, &parts);
   return parts;
 }

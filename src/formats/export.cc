@@ -33,7 +33,7 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   return text;
 }
 
-/// Adds that `format` loses more than the calibration is uncertain by, the most of each sensor.
+/// Adds the largest loss of each sensor if it exceeds the calibration's own uncertainty.
 void WarnOfLoss(std::string_view format,
                 const std::vector<PerTriad<std::optional<ExportLoss>>>& losses,
                 std::vector<std::string>* warnings) {
@@ -54,7 +54,7 @@ void WarnOfLoss(std::string_view format,
                       "; comments of the file have each sensor's loss");
 }
 
-/// What a format that holds no such turn makes of a sensor that is mounted turned.
+/// Warns of a sensor mounted at an angle that the format cannot hold.
 void FindDroppedTurn(Triad triad,
                      const Restated& restated,
                      const ExportLoss& loss,
@@ -74,7 +74,7 @@ void FindDroppedTurn(Triad triad,
           .With("turn", turn_deg, "deg"));
 }
 
-/// Warnings of numbers that are stated otherwise than the log has them.
+/// Warns of stated numbers that differ from those of the log.
 void WarnOfNumbers(const Calibration& calibration,
                    const ExportOptions& stated,
                    std::vector<std::string>* warnings) {
@@ -96,7 +96,7 @@ void WarnOfNumbers(const Calibration& calibration,
   }
 }
 
-/// "FAIL by R. Roe on 2026-11-25: connector bent", or by which limit; empty: the unit may leave.
+/// "FAIL by R. Roe on 2026-11-25: connector bent", or the missed limit; empty: it may be delivered.
 std::string WhyHeldBack(const Calibration& calibration) {
   if (calibration.verdict() != Verdict::kFail) return "";
   if (!calibration.decisions.empty()) return DecisionText(calibration.decisions.back());
@@ -112,11 +112,11 @@ Status CheckMayLeave(const std::string& why, const ExportOptions& options) {
                    "--outside-limits=allow, and the file will say so");
 }
 
-/// Lines as a comment can have them.
+/// Lines without characters that a comment cannot hold.
 std::vector<std::string> Plain(std::vector<std::string> lines) {
   for (std::string& line : lines) {
     for (char& c : line) {
-      // A serial number must not end the comment, nor turn what follows for who reads it.
+      // A serial number must not end the comment or reverse the direction of the text after it.
       if (static_cast<unsigned char>(c) < ' ') c = ' ';
     }
     line = PrintableLine(line);
@@ -124,7 +124,7 @@ std::vector<std::string> Plain(std::vector<std::string> lines) {
   return lines;
 }
 
-/// What a reader of the file must know, a line each.
+/// What a reader of the file must know, one line each.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
                                  const ExportOptions& options,
@@ -157,7 +157,7 @@ std::vector<std::string> Comment(const Format& format,
   return Plain(std::move(lines));
 }
 
-/// Adds the text of a further instance; what is a parameter of all is stated once.
+/// Adds the text of a further instance; a parameter common to all instances is written once.
 void Append(const std::string& text, std::string* file) {
   if (file->empty()) {
     *file = text;
@@ -170,7 +170,7 @@ void Append(const std::string& text, std::string* file) {
   }
 }
 
-/// Adds the export of an instance; `which`: begin of its warnings.
+/// Adds the export of an instance; its warnings begin with `which`.
 void Add(const Export& exported,
          const std::string& which,
          const std::string& file_name,
@@ -185,7 +185,7 @@ void Add(const Export& exported,
   }
 }
 
-/// Adds what the log of a calibration says of its sensors; it holds for those with its numbers.
+/// Adds what the log states of sensors, for those whose number is that of the log.
 void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options) {
   for (const Triad triad : kTriads) {
     std::optional<std::int64_t>& id = options->device_ids[triad];
@@ -197,8 +197,8 @@ void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options)
   }
 }
 
-/// ExportCalibration; `why_held_back`: why the unit or its device may not leave, empty: it may;
-/// `instance`: which of several equal sensors of a log, where nobody states one.
+/// ExportCalibration with `why_held_back`: why the unit or its device may not be delivered (empty:
+/// it may); `instance`: the log's number of several equal sensors, if the options state none.
 Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                                     std::string_view format_name,
                                     const ExportOptions& stated,
@@ -208,7 +208,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   if (!stated.instance) options.instance = instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  // Each firmware numbers sensors in its own way.
+  // Each firmware has its own numbers of sensors.
   const std::string& firmware = calibration.tags.firmware;
   const bool is_another =
       format.is_firmware && !firmware.empty() && !Reads(firmware, format.info.name);
@@ -226,7 +226,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   }
   std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
-  // Written, read back and compared; then written again with what was found.
+  // The file is written, read back and compared, then written again with the findings.
   std::vector<std::string> said_twice;
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Files draft, format.write({restated.held, options, comment, &calibration, said_twice}));
@@ -259,8 +259,8 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   return result;
 }
 
-/// The calibration of `result`, where idle terms of sensors of the others that are not written must
-/// stay so. `exports`: those of `results`, empty where one is not written.
+/// The calibration of `result` in which temperature terms that are idle in the other results and
+/// not written stay idle. `exports` belong to `results`; unset: not written.
 Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
                             const std::vector<std::optional<Export>>& exports,
                             const ResultOfInstance& result) {
@@ -285,8 +285,8 @@ Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
   return calibration;
 }
 
-/// Why the parameters of a sensor of `result` would be mixed with those of another, where `format`
-/// has one set for each; empty: they would not.
+/// Why a sensor of `result` would share its parameter set of `format` with a sensor of another
+/// result; empty if it would not.
 std::string SharedSlot(const std::vector<ResultOfInstance>& results,
                        const ResultOfInstance& result,
                        const FormatInfo& format) {
@@ -302,7 +302,7 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
     const auto& id = result.calibration->tags.device_ids[triad];
     for (const ResultOfInstance& other : results) {
       const auto& its_id = other.calibration->tags.device_ids[triad];
-      // One without a number gives way to one that has its own.
+      // A sensor without a number is left out in favour of one that has its own.
       if (&other == &result || slot == Tags::kNoSlot || slot_of(other, triad) != slot ||
           (id && !its_id)) {
         continue;
@@ -319,7 +319,7 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
   return "";
 }
 
-/// What one format holds of a device's results.
+/// The export of a device's results to one format.
 class FormatOfDevice {
  public:
   FormatOfDevice(const std::vector<ResultOfInstance>& results,
@@ -341,11 +341,11 @@ class FormatOfDevice {
     std::vector<PerTriad<std::optional<ExportLoss>>> losses;
     for (std::size_t i = 0; i < results_.size(); ++i) {
       if (!exports_[i]) continue;
-      // Only now it is known which are written.
+      // Which results are written is known only after all were tried.
       const Calibration calibration = BesideUnwritten(results_, exports_, results_[i]);
       if (info_.first_instance &&
           (calibration.tags != results_[i].calibration->tags || !unwritten_.empty())) {
-        options_.further_comment = std::exchange(unwritten_, {});  // Once a file.
+        options_.further_comment = std::exchange(unwritten_, {});  // Only once in a file.
         TRUETRIAD_ASSIGN_OR_RETURN(exports_[i], ExportOf(results_[i], calibration));
         options_.further_comment.clear();
       }
@@ -362,7 +362,7 @@ class FormatOfDevice {
     const std::string& folder = info_.first_instance ? results_.front().folder : result.folder;
     return (std::filesystem::path(folder) / info_.file_name).string();
   }
-  /// The begin of warnings.
+  /// The first words of warnings.
   std::string Which(const ResultOfInstance& result) const {
     return FileOf(result) + ": " +
            (results_.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
@@ -375,7 +375,7 @@ class FormatOfDevice {
     return ExportUnlessHeldBack(
         calibration, info_.name, options_, why.empty() ? why_of_device_ : why, instance);
   }
-  /// The export of one, or a warning that it is not written.
+  /// Exports one result, or warns that it is not written.
   Status Try(std::size_t i, ExportsBeside* beside) {
     const ResultOfInstance& result = results_[i];
     const std::string shared = info_.first_instance ? SharedSlot(results_, result, info_) : "";
@@ -385,7 +385,7 @@ class FormatOfDevice {
       return {};
     }
     Result<Export> exported = ExportOf(result, *result.calibration);
-    // A vehicle uses it as it is mounted there.
+    // The log's vehicle uses its sensors as they are mounted, so a rotated one is left out.
     const bool is_its = Reads(result.calibration->tags.firmware, info_.name);
     if (exported && is_its && exported->is_turned != PerTriad<bool>()) {
       beside->is_whole = false;
@@ -416,7 +416,7 @@ class FormatOfDevice {
     SayUnwritten(result, "is not written: " + exported.error().message, beside);
     return {};
   }
-  /// Also in the file, which has those that are written.
+  /// The warning also stands in the file of the results that are written.
   void SayUnwritten(const ResultOfInstance& result,
                     const std::string& what,
                     ExportsBeside* beside) {
@@ -424,13 +424,13 @@ class FormatOfDevice {
     unwritten_.push_back("Instance " + std::to_string(result.instance) + ": " + what + ".");
   }
 
-  std::vector<ResultOfInstance> results_;  ///< With what is written of `calibrations_`.
+  std::vector<ResultOfInstance> results_;  ///< They point into `calibrations_`.
   std::deque<Calibration> calibrations_;
   const FormatInfo& info_;
   const std::string& why_of_device_;
   ExportOptions options_;
   std::vector<std::optional<Export>> exports_;  ///< Unset: not written.
-  std::vector<std::string> unwritten_;          ///< What is said of those that are not.
+  std::vector<std::string> unwritten_;          ///< The comments on those.
 };
 
 }  // namespace
@@ -448,8 +448,8 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options) {
   ExportsBeside beside;
-  // One that may not leave holds back all of its device, and all of its files say so; one without a
-  // result is left out, with a warning.
+  // One result that may not be delivered marks all files of its device. A result that is not usable
+  // is left out with a warning.
   std::string why_of_device;
   for (const ResultOfInstance& result : results) {
     if (why_of_device.empty()) why_of_device = WhyHeldBack(*result.calibration);

@@ -20,8 +20,8 @@
 
 namespace truetriad {
 
-// A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1, which
-// is a part of the consumer's own equation (CorrectionParts).
+// A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1. The
+// right column names the part of the consumer's equation (CorrectionParts) that it sets.
 enum class Quantity {
   kRotationFactor,      // R by rows of S = M R, a rotation     transpose of the rotation
   kBias,                // b                                    before
@@ -42,25 +42,25 @@ enum class Quantity {
   kGBehindRotation,     // A by rows of G = A R                 g_sensitivity, with R
 };
 
-// A field of a triad: its name or place in the file, which the syntax of the file completes.
+// A field of a triad: its name or position in the file, in the syntax of the file.
 struct Field {
   std::string_view name;
   Quantity quantity;
   bool is_optional = false;
 };
 
-// How many numbers it is of.
+// The number of entries of the quantity.
 Eigen::Index SizeOf(Quantity quantity);
-// The numbers as the file states them.
+// The entries in the order of the file.
 Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor);
 
-// What files state of a triad.
+// The quantities that files state of a triad.
 using Stated = std::map<Quantity, Eigen::VectorXd>;
 
-// Of fields whose numbers stand one after another.
+// The quantities of fields whose numbers are consecutive.
 Stated StatedTogether(std::span<const Field> fields, const double* numbers);
 
-// What a consumer computes:
+// The equation of a consumer:
 //
 //   result = rotation matrix ((y - thermal(T) - before - g_sensitivity f) o gains) - after
 struct CorrectionParts {
@@ -70,33 +70,33 @@ struct CorrectionParts {
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   Eigen::Vector3d after = Eigen::Vector3d::Zero();
   std::optional<Eigen::Matrix3d> g_sensitivity = {};
-  // In the consumer's arithmetic.
+  // Evaluated in the consumer's arithmetic.
   std::function<Eigen::Vector3d(double temperature_degc)> thermal = {};
 
-  // For an import: S where the file states it, temperature terms with what they add to the bias at
-  // their reference, and the unit of the readings where the format has none of its own.
+  // For an import: S where the file states it, temperature terms with their contribution to the
+  // bias at their reference, and the unit of the readings where the format does not fix it.
   std::optional<Eigen::Matrix3d> sensitivity = {};
   Eigen::Vector3d thermal_constant = Eigen::Vector3d::Zero();
   std::optional<ThermalTerms> thermal_terms = {};
   std::string reading_unit = {};
 
-  // Of the inverse of a singular matrix they are not finite.
+  // The matrices are not finite if the file states the inverse of a singular one.
   static CorrectionParts Of(const Stated& stated);
 };
 
-// What a consumer makes of a reading, in its units and its arithmetic.
+// The consumer's result for a reading, in its units and its arithmetic.
 using Equation = std::function<Eigen::Vector3d(
     const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
 
-// In float32 where that is the consumer's arithmetic, else in double.
+// Computed in float32 where that is the consumer's arithmetic, else in double.
 Equation EquationOf(const CorrectionParts& parts, Arithmetic arithmetic);
-// As our model. `reading_unit` and `result_unit`: of the consumer.
+// The correction as our model. `reading_unit` and `result_unit` are those of the consumer.
 TriadCalibration TriadOf(const CorrectionParts& parts,
                          std::string_view reading_unit,
                          std::string_view result_unit);
 
-// What a format can hold of one triad; shared code (restate.h) removes the rest before it is
-// written, so that a writer only writes.
+// What a format can hold of one triad. Restate (restate.h) removes everything else before the
+// format's writer is called.
 enum class MatrixForm {
   kNothing,  // the reading as it is
   kNone,     // the reading minus an offset
@@ -115,44 +115,43 @@ struct TriadCapacity {
   bool axis_terms = false;  // terms.h
   // Unit of the readings that the consumer corrects; empty: that of the calibration.
   std::string_view reading_unit = {};
-  // The user may choose another one with --units.
+  // The user may choose another unit with --units.
   bool free_unit = false;
-  // The result has the unit of the readings (of reading_unit when they are counts), not the true
-  // unit.
+  // The result has the unit of the readings (reading_unit when they are counts), not the true unit.
   bool result_in_reading_unit = false;
 };
 
 struct WriteRequest {
   const Calibration& calibration;  // what the format holds, in its units and gauge
   const ExportOptions& options;
-  std::vector<std::string> comment;    // lines that every file opens with
-  const Calibration* stated;           // as it was: in the units and gauge of its covariance
-  std::vector<std::string>& warnings;  // what makes the result worse is added here
+  std::vector<std::string> comment;    // the first lines of every file
+  const Calibration* stated;           // the original, in the units and gauge of its covariance
+  std::vector<std::string>& warnings;  // what degrades the result is added here
 };
 using Files = std::vector<ExportedFile>;
 
-// What a file tells its consumer: of a triad that is in it its parts, or an equation of the
+// What a file tells its consumer: the parts of each triad in the file, or an equation of the
 // format's own.
 struct Carried {
   PerTriad<std::optional<CorrectionParts>> parts;
   PerTriad<Equation> equations;
-  Tags device;                     // what the file says of it
-  std::optional<double> field_ut;  // strength of the field that it was made with
+  Tags device;                     // what the file states of the device
+  std::optional<double> field_ut;  // field strength during calibration
   std::vector<std::string> notes;
 };
 
 struct ReadRequest {
-  std::vector<ExportedFile> files;  // `suffix` is the name for messages
+  std::vector<ExportedFile> files;  // `suffix` is the name that messages use
   std::optional<int> instance;
-  // Which of them, before `instance`: where its parameters are, or the number that they state.
+  // Selects a sensor before `instance` does: the slot of its parameters, or its stated number.
   PerTriad<std::optional<std::int64_t>> slots = {}, device_ids = {};
-  std::string firmware = {};  // whose parameters they are, where that is known
+  std::string firmware = {};  // the firmware that uses the parameters, if known
 };
 
 struct Format {
   FormatInfo info;
   std::optional<Gauge> gauge = {};  // the body frame that the format needs
-  // Its consumer is a vehicle's firmware, which corrects each sensor in axes of its own
+  // The consumer is a vehicle's firmware, which corrects each sensor in the sensor's own axes
   // (model/tags.h).
   bool is_firmware = false;
   PerTriad<TriadCapacity> capacity = {};
@@ -169,11 +168,11 @@ Format JsonFormat();
 Format CHeaderFormat();
 Format RecordFormat();
 
-// In the order of the documentation.
+// All formats in the order of the documentation.
 const std::vector<Format>& AllFormats();
 
-// Error (usage): there is none of that name; says which is nearest.
-// `to_import`: among those that can be imported.
+// Error (usage): there is no format of that name; the message suggests the nearest. `to_import`:
+// searches only formats that can be imported.
 Result<const Format*> FindFormat(std::string_view name, bool to_import = false);
 
 }  // namespace truetriad

@@ -42,7 +42,7 @@ std::vector<FormatInfo> Formats() {
 }
 
 Result<const Format*> FindFormat(std::string_view name, bool to_import) {
-  // As the projects spell themselves, too: imu_tk.
+  // Names in the spelling of the projects are accepted: imu_tk.
   std::string wanted(name);
   std::replace(wanted.begin(), wanted.end(), '_', '-');
   std::vector<std::string_view> names;
@@ -69,7 +69,7 @@ Result<FormatInfo> InfoOfFormat(std::string_view name) {
 
 namespace {
 
-/// What a file carries, in the units that the calibration is to have.
+/// The sensor of a file in the units of the calibration.
 Result<TriadCalibration> InWantedUnits(Triad triad,
                                        const Carried& file,
                                        const Format& format,
@@ -80,7 +80,7 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
       TriadOf(*file.parts[triad],
               capacity.reading_unit,
               capacity.result_in_reading_unit ? capacity.reading_unit : TruthUnitName(triad));
-  // What firmware corrects in axes of its own is read in the board's.
+  // A correction in the sensor's own axes is turned into the board's.
   const auto& turn_deg = file.device.magnetometer_turn_deg;
   if (triad == Triad::kMagnetometer && turn_deg) {
     TurnReadingsToo(TurnOf(*turn_deg).transpose(), &carried);
@@ -95,7 +95,7 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
     sensor.input_unit = *wanted;
     return sensor;
   }
-  // A unit of the format's own is of no interest; one that the file states is the recording's.
+  // A unit fixed by the format is replaced by the true unit; a unit that the file states is kept.
   const bool fixed = !capacity.reading_unit.empty();
   const std::string unit_name =
       wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
@@ -113,7 +113,7 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   return sensor;
 }
 
-/// The names of what `sensor` holds, as in a calibration's covariance.
+/// Appends the names of the sensor's parameters as in a calibration's covariance.
 void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
   const auto vector = [&](ParameterKind kind, int power) {
     for (int row = 0; row < 3; ++row) {
@@ -134,7 +134,7 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
   if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
 }
 
-/// What a file that was exported all the same says of the unit; `said` begins behind the mark.
+/// The decision in a file exported although its unit failed; `said` is the text after the mark.
 Decision HeldBack(const std::string& path, std::string said) {
   const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
@@ -143,9 +143,9 @@ Decision HeldBack(const std::string& path, std::string said) {
   return {Verdict::kFail, path, said.substr(begin, end - begin), TimestampUtc(), true};
 }
 
-/// The gauge in which a leading sensitivity stands.
+/// The gauge that the form of a leading sensitivity implies.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
-  // Of an inverse that was triangular before it was written.
+  // The rounding of an inverse of a matrix that was triangular before it was written.
   constexpr double kTriangularRounding = 1e-12;
   if (sensitivity.isLowerTriangular(kTriangularRounding)) return Gauge::kAccelX;
   if (sensitivity.isUpperTriangular(kTriangularRounding)) return Gauge::kAccelZ;

@@ -6,14 +6,14 @@
 #include "formats/format.h"
 #include "formats/text.h"
 
-// Kalibr's input, which is noise alone, its result with the scale-misalignment model, and OpenVINS'
-// kalibr_imu_chain.yaml, in double:
+// Kalibr's input, which is only noise, its result with the scale-misalignment model, and the
+// kalibr_imu_chain.yaml of OpenVINS, in double:
 //
 //   Kalibr     y_a = M_a f + b_a,   y_g = M_g C_gi w + A C_gi f + b_g
 //   OpenVINS   f = Ta^-1 (y_a - b_a),   w = R_IMUtoGYRO^T Tw^-1 (y_g - b_g - Tg f)
 //
-// M_a, M_g, Ta, Tw lower triangular, C_gi = R_IMUtoGYRO a rotation, A C_gi = Tg = G. Biases are
-// states of both programs and no part of the file: they stand in a comment.
+// M_a, M_g, Ta, Tw are lower triangular, C_gi = R_IMUtoGYRO is a rotation, A C_gi = Tg = G. Both
+// programs estimate biases as states, so the file has them only in a comment.
 // kalibr: aslam_offline_calibration/kalibr/python/kalibr_imu_camera_calibration/IccSensors.py
 // (IccScaledMisalignedImu), kalibr_common/ConfigReader.py (ImuParameters: six keys, each above
 // zero); open_vins: ov_msckf/src/core/VioManagerOptions.h, src/state/Propagator.cpp.
@@ -25,12 +25,12 @@ constexpr std::string_view kBiasComment = "# bias ";
 
 constexpr std::array<Triad, 2> kInertial = {Triad::kAccelerometer, Triad::kGyroscope};
 
-/// A matrix of the file, in the order in which it states them.
+/// A matrix of the file, in the file's order.
 struct ChainField {
   Triad triad;
   Field field;
 };
-/// The file of a program.
+/// The file format of a program.
 struct Chain {
   std::string_view begin, model;
   bool has_blocks;  ///< Each sensor has a map of its own.
@@ -59,7 +59,7 @@ std::vector<Field> ChainFieldsOf(Triad triad, const Chain& chain) {
   return own;
 }
 
-/// These files state both sensors: the identity, and a warning, for one that is not calibrated.
+/// These files state both sensors; one that is not calibrated gets the identity and a warning.
 /// Error: a mirrored gyroscope.
 Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
@@ -94,7 +94,7 @@ std::string BiasComments(const Calibration& calibration) {
   return text;
 }
 
-/// Python's YAML takes 2e-05 for a word, and 2.0e-05 for a number.
+/// Python's YAML reads 2e-05 as a string, and 2.0e-05 as a number.
 std::string RealText(double value) {
   std::string text = NumberText(value);
   const std::size_t exponent = text.find('e');
@@ -104,8 +104,8 @@ std::string RealText(double value) {
   return text;
 }
 
-/// Noise keys, or what to fill in. A rest that is too short for a random walk still tells the
-/// density.
+/// The noise keys, or placeholders. The density is known even if a rest is too short for a random
+/// walk.
 Result<std::string> NoiseText(const std::string& indent, const WriteRequest& request) {
   const ExportOptions& options = request.options;
   std::string text;
@@ -169,14 +169,14 @@ Result<Files> WriteChain(const Chain& chain, const WriteRequest& request) {
     block = triad;
     text.append(indent).append(field.name) += ": ";
     text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
-    // The accelerometer's axes are those of the IMU.
+    // The accelerometer's axes define those of the IMU.
     if (!chain.has_blocks && triad == Triad::kAccelerometer)
       text += "  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().reshaped()) + "\n";
   }
   return Files{{"", std::move(text)}};
 }
 
-/// The biases of the comment; zero, and a note, where there is none.
+/// The biases of the comment; without one zero, and a note.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
   const std::size_t at = text.find(begin);
@@ -201,10 +201,10 @@ YamlReader FirstImu(YamlReader* root) {
   return root->RequireChild("imu0");
 }
 
-/// Kalibr's input, which is not corrected, or a chain. Error: a singular matrix.
+/// Reads Kalibr's input, which is not corrected, or a chain. Error: a singular matrix.
 Result<Carried> ReadChain(const Chain& chain, const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
-  // OpenCV's first line is not YAML.
+  // The first line of an OpenCV file is not YAML.
   const std::size_t begin = file.text.starts_with("%YAML:") ? file.text.find('\n') : 0;
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root,
                              YamlReader::FromText(file.text.substr(begin), file.suffix));

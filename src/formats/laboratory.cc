@@ -41,7 +41,7 @@ Result<Laboratory> ReadLaboratory(const std::string& path) {
 
 std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created) {
   if (equipment.due.empty() || created.empty()) return std::nullopt;
-  // Days as in ISO 8601 are in the order of their letters.
+  // Days in ISO 8601 sort alphabetically.
   return created.substr(0, 10) > equipment.due;
 }
 

@@ -12,7 +12,7 @@
 #include "formats/text.h"
 #include "tree/json.h"
 
-// Formats that are maps of lists, in YAML or JSON, or lists alone:
+// Formats that are maps of lists in YAML or JSON, or plain lists:
 //
 //   imu_calib   accelerometer only, in double, x = SM y - bias.
 //               imu_calib: src/accel_calib/accel_calib.cpp
@@ -39,10 +39,10 @@
 namespace truetriad {
 namespace {
 
-/// Where a file keeps its fields.
+/// The position of the fields in a file.
 struct Listing {
   std::vector<std::string_view> path;  ///< Keys; `[0]` is the first of a list.
-  bool by_sensor = false;              ///< Each sensor has a map of its own there, by its name.
+  bool by_sensor = false;              ///< Each sensor has a map named after it.
   PerTriad<std::vector<Field>> fields;
 };
 
@@ -165,11 +165,11 @@ Result<Files> WriteBasalt(const WriteRequest& request) {
   return Files{{"", TextOf(json)}};
 }
 
-constexpr double kTeslaPerMicrotesla = 1e-6;  // sensor_msgs/MagneticField is in tesla.
+constexpr double kTeslaPerMicrotesla = 1e-6;  // sensor_msgs/MagneticField: 1e6 uT = 1 T.
 constexpr PerTriad<std::string_view> kCovarianceNames = {
     {"linear_acceleration_covariance", "angular_velocity_covariance", "magnetic_field_covariance"}};
 
-/// "[1.0, 0.5]": rcl takes no list that has whole numbers beside others.
+/// "[1.0, 0.5]": rcl rejects a list that mixes integers with other numbers.
 std::string RealListText(const Eigen::VectorXd& values) {
   std::string text;
   for (const double value : values) {
@@ -180,9 +180,9 @@ std::string RealListText(const Eigen::VectorXd& values) {
   return text + "]";
 }
 
-/// Variances of one corrected reading by axis, in the message's unit: the noise of a sample through
-/// the correction, and the calibration's own. Zero, and a warning, where no noise is known: less
-/// than the truth would claim too much.
+/// Variances of one corrected reading by axis, in the message's unit: the noise of a sample after
+/// correction plus the calibration's own variance. Zero (unknown) with a warning if no noise is
+/// known, since the second part alone would be too small.
 Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                   Triad triad,
                                   const Eigen::Matrix3d& correction) {
@@ -286,7 +286,7 @@ struct ImuTkFile {
 constexpr ImuTkFile kImuTkFiles[] = {{Triad::kAccelerometer, "_acc.calib"},
                                      {Triad::kGyroscope, "_gyro.calib"}};
 
-// In their order in a file: T, K, B.
+// In the order of the file: T, K, B.
 constexpr Field kImuTkFields[] = {
     {"T", Quantity::kMisalignment}, {"K", Quantity::kGainsMatrix}, {"B", Quantity::kBias}};
 constexpr std::size_t kImuTkNumbers = 9 + 9 + 3;  // Two matrices and a bias.
@@ -299,7 +299,7 @@ Result<Files> WriteImuTk(const WriteRequest& request) {
     std::string text;
     for (const Field& field : kImuTkFields) {
       const Eigen::VectorXd numbers = ValueOf(field.quantity, *sensor);
-      // Rows of a matrix, or a number a line.
+      // A matrix has one row a line, a vector one number.
       const Eigen::Index columns = numbers.size() / 3;
       for (Eigen::Index i = 0; i < numbers.size(); ++i)
         text += NumberText(numbers[i]) + ((i + 1) % columns == 0 ? '\n' : ' ');
@@ -312,7 +312,7 @@ Result<Files> WriteImuTk(const WriteRequest& request) {
   return files;
 }
 
-/// The numbers of a file up to its comment.
+/// The numbers of a file before its comment.
 Result<std::vector<double>> NumbersOfFile(const ExportedFile& file) {
   std::vector<double> numbers;
   for (const auto& [place, line, words] : WordLines(file)) {

@@ -12,17 +12,17 @@
 namespace truetriad {
 namespace {
 
-// About 14 deg apart on the sphere: quadratic terms change by a few per cent from one to the next.
+// About 14 deg apart (sqrt(4 pi / 200)): quadratic terms change by a few per cent between them.
 constexpr int kDirections = 200;
-// Chosen: every bend of a cubic is met several times over.
+// Chosen: a cubic has two extremes and one inflection, so 17 points sample each several times.
 constexpr int kTemperatures = 17;
-// Of those that a sweep passed, both ends among them.
+// Five rates over those of the sweep, both ends included.
 constexpr int kRates = 5;
 
 Eigen::Vector3d Direction(int i) { return EvenDirection(i, kDirections); }
 
 double Signal(Triad triad, const ReferenceValues& reference) {
-  // At middle latitudes.
+  // The field strength at middle latitudes.
   constexpr double kTypicalFieldUt = 50.0;
   switch (triad) {
     case Triad::kAccelerometer:
@@ -62,7 +62,7 @@ bool DropsRates(const Restated& restated, Triad triad) {
   return HasRates(*restated.whole.sensors[triad]->thermal) && !(held && HasRates(*held));
 }
 
-// What each axis feels when the thermometer has long gone at a rate: it is behind by its lag.
+// The temperature of each axis long after the thermometer began to change at the rate: it lags.
 ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_degcps) {
   ThermalState state;
   const Eigen::Vector3d lag_s = thermal.element_lag_s.value_or(Eigen::Vector3d::Zero());
@@ -71,12 +71,12 @@ ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_
   return state;
 }
 
-/// The force that goes with the i-th truth: any one goes with any rate.
+/// The force of the i-th truth: 7 and 200 are coprime, so every force direction occurs once.
 Eigen::Vector3d ForceWith(int i, const ReferenceValues& reference) {
   return reference.gravity_mps2 * Direction((7 * i) % kDirections);
 }
 
-/// What the consumer's results are off by, for truths on the sphere in their order, of readings by
+/// Lengths of the errors of the consumer's results for truths on the sphere, from readings by
 /// `model` at a temperature.
 Eigen::VectorXd ErrorsOf(Triad triad,
                          const Equation& equation,
@@ -97,7 +97,7 @@ Eigen::VectorXd ErrorsOf(Triad triad,
   return errors;
 }
 
-/// Adds errors to those of `loss`; its rms is their mean square until all are there.
+/// Adds errors to `loss`; until all are added, its rms holds their mean square.
 template <typename Loss>
 void Add(const Eigen::VectorXd& errors, double share, Loss* loss) {
   loss->largest = std::max(loss->largest, errors.maxCoeff());

@@ -16,8 +16,8 @@
 //
 //   truth = C (raw - b - G force),  columns; C = S^-1
 //
-// and the covariance of (b, S by rows); and, as magcal returns them, A, b and expmfs for rows:
-// truth_row = (raw_row - b) A, so A = C^T of the magnetometer.
+// and the covariance of (b, S by rows). In addition A, b and expmfs as magcal returns them, for row
+// vectors: truth_row = (raw_row - b) A, so A = C^T of the magnetometer.
 
 namespace truetriad {
 namespace {
@@ -37,7 +37,7 @@ bool IsNameCharacter(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '.';
 }
 
-/// The text without comments; `%` inside of a text counts as that.
+/// The text without comments; a `%` inside a string is kept.
 std::string WithoutComments(const std::string& text) {
   std::string kept;
   bool in_comment = false;
@@ -51,7 +51,7 @@ std::string WithoutComments(const std::string& text) {
   return kept;
 }
 
-/// The rows of "1 2 3; 4 5 6". False when it is something else.
+/// Parses the rows of "1 2 3; 4 5 6". False for anything else.
 bool ParseMatrix(std::string_view text, Eigen::MatrixXd* matrix) {
   std::vector<std::vector<double>> rows(1);
   const char* at = text.data();
@@ -150,7 +150,7 @@ std::string StructName(Triad triad) {
   return std::string(kStructs[static_cast<std::size_t>(triad)]);
 }
 
-/// Of bias x y z and the rows of the sensitivity; empty when the calibration does not have it.
+/// The covariance of bias x y z and the rows of the sensitivity; empty if it is incomplete.
 Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   std::vector<Eigen::Index> places;
   const auto list = [&](const std::string& name) {
@@ -213,7 +213,7 @@ Result<Files> WriteMatlab(const WriteRequest& request) {
   return Files{{"", std::move(bytes)}};
 }
 
-/// A 3x3 of the file. Error: it is there and is not one, or it is singular.
+/// A 3x3 matrix of the file, if it is there. Error: it has another size or is singular.
 Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables,
                                                 const std::string& name,
                                                 const std::string& file) {
@@ -244,7 +244,7 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     auto C = MatrixOf(*variables, prefix + "C", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(C);
     if (!*C && triad == Triad::kMagnetometer) {
-      // What magcal returned, without our structs.
+      // The result of magcal without our structs.
       prefix = "";
       C = MatrixOf(*variables, "A", file.suffix);
       TRUETRIAD_RETURN_IF_ERROR(C);
@@ -268,10 +268,10 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
                                MatrixOf(*variables, prefix + "G", file.suffix));
     const MatlabVariable* const unit = FindVariable(*variables, prefix + "input_unit");
     if (unit != nullptr) parts.reading_unit = unit->text;
-    // The sensitivity as it stands keeps its zeros.
+    // The stated sensitivity is kept, since its zeros are exact.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    // Of a product of two inverses that were written with all digits.
+    // The rounding of the product of two inverses that were written with all digits.
     constexpr double kInverseRounding = 1e-9;
     if (*S && (parts.matrix * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       parts.sensitivity = **S;

@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// libmatio works on files: one of its own in the folder for such, gone at the end.
+/// libmatio works only on files: a temporary file, removed by the destructor.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -50,7 +50,7 @@ struct FreeVariable {
 };
 using VariableOwner = std::unique_ptr<matvar_t, FreeVariable>;
 
-/// libmatio copies the data, though it does not promise so in its types.
+/// libmatio copies the data, although its types do not say so.
 VariableOwner Create(const std::string& name, const MatlabVariable& variable) {
   if (variable.numbers.size() == 0) {
     std::array<std::size_t, 2> size = {1, variable.text.size()};
@@ -73,7 +73,7 @@ VariableOwner Create(const std::string& name, const MatlabVariable& variable) {
                                      0));
 }
 
-/// What a variable that is no struct holds; neither numbers nor text when it is something else.
+/// The content of a variable that is not a struct; neither numbers nor text for other types.
 MatlabVariable Taken(const std::string& name, const matvar_t& variable) {
   MatlabVariable taken{name, {}, {}};
   if (variable.rank != 2 || variable.data == nullptr || variable.isComplex != 0) return taken;
@@ -115,7 +115,7 @@ Result<std::string> Write(const MatlabVariables& variables,
   const TemporaryFile temporary;
   if (!temporary.usable()) return failed;
   {
-    // libmatio's own first line holds the time: the same input would not give the same bytes.
+    // libmatio's own header line holds the time, so the same input would not give the same bytes.
     const std::string line = "MATLAB 5.0 MAT-file, " + (comment.empty() ? "" : comment[0]);
     const std::unique_ptr<mat_t, CloseFile> file(
         Mat_CreateVer(temporary.path().c_str(), line.substr(0, 115).c_str(), MAT_FT_MAT5));

@@ -10,39 +10,39 @@
 
 namespace truetriad {
 
-// A variable of MATLAB: "A", or a field of a struct, "accel.C". Numbers, or a text.
+// A variable of MATLAB: "A", or a field of a struct, "accel.C". It holds numbers or a text.
 struct MatlabVariable {
   std::string name;
   Eigen::MatrixXd numbers;
-  std::string text;  // only without numbers
+  std::string text;  // only if there are no numbers
 };
 using MatlabVariables = std::vector<MatlabVariable>;
 
-// Nullptr when there is none of that name.
+// Returns nullptr when there is no variable of that name.
 const MatlabVariable* FindVariable(const MatlabVariables& variables, const std::string& name);
 
-// Statements of a script (.m), comments first.
+// A script (.m) of assignments that begins with the comments.
 std::string ScriptText(const MatlabVariables& variables, const std::vector<std::string>& comment);
-// Assignments of constants; others are passed over.
+// Assignments of constants; other statements are skipped.
 MatlabVariables ParseScript(const std::string& text);
 
-// What reads and writes .mat. libmatio brings some sixty libraries with it, which would more than
-// double the time that any verb takes to start: it is loaded when a .mat is asked for.
+// Reads and writes .mat. libmatio needs some sixty libraries, which would more than double the
+// start time of every verb, so it is loaded only when a .mat is used.
 struct MatlabModule {
   // The bytes of a .mat, version 5.
   Result<std::string> (*write)(const MatlabVariables& variables,
                                const std::vector<std::string>& comment);
-  // Versions 5 and 7.3.
+  // Reads versions 5 and 7.3.
   Result<MatlabVariables> (*parse)(const std::string& bytes, const std::string& name);
 };
 
-// The companion (base/companion.h) and its one function, `const MatlabModule* ()`.
+// The companion library (base/companion.h) and its one function, `const MatlabModule* ()`.
 inline constexpr char kMatlabModuleFile[] = "truetriad_matlab.so";
 inline constexpr char kMatlabModuleFunction[] = "TruetriadMatlabModule";
-// Loaded once, kept until the program ends. Nullptr: it is not there, or does not load.
+// Loaded once and kept until the program ends. Nullptr: it is missing or does not load.
 const MatlabModule* MatlabModuleOf();
 
-// The bytes are those of a .mat, whatever its version.
+// Whether the bytes are a .mat of any version.
 bool IsMatFile(const std::string& bytes);
 
 }  // namespace truetriad

@@ -6,8 +6,8 @@
 
 namespace truetriad {
 
-// Numbers for files of other programs: independent of the locale, as few digits as read back to the
-// same bits.
+// Numbers for files of other programs, independent of the locale: the fewest digits that read back
+// to the same bits.
 template <typename Number>
 std::string NumberText(Number value) {
   char text[64];
@@ -17,7 +17,7 @@ std::string NumberText(Number value) {
 // The same without an exponent.
 template <typename Number>
 std::string PlainNumberText(Number value) {
-  char text[512];  // 1e-308 has that many digits
+  char text[512];  // 1e-308 has over 308 digits.
   return {text, std::to_chars(text, text + sizeof text, value, std::chars_format::fixed).ptr};
 }
 

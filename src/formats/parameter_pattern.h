@@ -10,25 +10,25 @@
 
 namespace truetriad {
 
-// `device.firmware` of a log of ArduPilot up to 3.2, which corrects inertial readings in the
-// vehicle's axes and scales them first: s o (R y) - o.
+// `device.firmware` of a log of ArduPilot up to 3.2, which turns inertial readings into the
+// vehicle's axes and scales them before it subtracts offsets: s o (R y) - o.
 inline constexpr std::string_view kArduPilotOf2014 = "ardupilot-3.2";
 
-// Whether firmware that a log is of reads the parameters of `format`.
+// Whether the firmware of a log reads the parameters of `format`.
 inline bool Reads(std::string_view firmware, std::string_view format) {
   return firmware == format || (firmware == kArduPilotOf2014 && format == "ardupilot");
 }
 
-// The name of an autopilot's parameter: the pattern with the instance for `@`, and for `#` where it
-// is not the first of ArduPilot; for `*` the axis' letter, for `?` its number; for `%` a power.
-// ArduPilot: "INS_ACC2OFFS_X" is INS_ACC#OFFS_*, "INS_TCAL1_ACC2_Y" INS_TCAL@_ACC%_*, and beyond
-// the third IMU they begin with INS4_ instead (AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp,
-// AP_Compass.cpp). `instance`: as the autopilot counts, PX4 from 0 and ArduPilot from 1.
+// The name of an autopilot's parameter. In the pattern `@` is the instance, `#` the instance unless
+// it is ArduPilot's first, `*` the axis' letter, `?` its number, `%` a power. ArduPilot:
+// "INS_ACC2OFFS_X" is INS_ACC#OFFS_*, "INS_TCAL1_ACC2_Y" INS_TCAL@_ACC%_*; beyond the third IMU
+// names begin with INS4_ (AP_InertialSensor.cpp, AP_InertialSensor_Params.cpp, AP_Compass.cpp).
+// `instance` counts as the autopilot does, PX4 from 0 and ArduPilot from 1.
 inline std::string Expanded(std::string_view pattern,
                             int instance,
                             std::size_t axis = 0,
                             std::size_t power = 0) {
-  constexpr int kLastOfShortNames = 3;  // INS_ACC3OFFS; then the group of parameters was full.
+  constexpr int kLastOfShortNames = 3;  // INS_ACC3OFFS; that parameter group then was full.
   const std::string number = std::to_string(instance);
   const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
   const std::map<char, std::string> words = {{'@', is_late ? "" : number},
@@ -45,13 +45,13 @@ inline std::string Expanded(std::string_view pattern,
   return name;
 }
 
-// D s of an ArduPilot compass, from its DIA, ODI and SCALE; D is symmetric. AP_Compass_Backend.cpp.
+// The matrix D s of an ArduPilot compass from DIA, ODI, SCALE. D symmetric. AP_Compass_Backend.cpp.
 template <typename Scalar>
 Eigen::Matrix<Scalar, 3, 3> CompassMatrixOf(Eigen::Vector3<Scalar> d,
                                             const Eigen::Vector3<Scalar>& o,
                                             Scalar scale) {
-  constexpr Scalar kMostScale = 1.5;  // Beyond 1/1.5 and 1.5 firmware ignores it; older has none.
-  if (d.isZero(0)) d.setOnes();       // 0 is off.
+  constexpr Scalar kMostScale = 1.5;  // Firmware ignores a scale outside 1/1.5 to 1.5.
+  if (d.isZero(0)) d.setOnes();       // Zero means unused.
   Eigen::Matrix<Scalar, 3, 3> matrix;
   matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
   if (scale >= 1 / kMostScale && scale <= kMostScale) matrix *= scale;

@@ -25,7 +25,7 @@
 namespace truetriad {
 namespace {
 
-constexpr int kAnyOrder = 99;  // More than any model has.
+constexpr int kAnyOrder = 99;  // More than the degree of any model.
 constexpr TriadCapacity kHoldsAll = {.held = true,
                                      .bias_order = kAnyOrder,
                                      .matrix_thermal = true,
@@ -33,7 +33,7 @@ constexpr TriadCapacity kHoldsAll = {.held = true,
                                      .g_sensitivity = true,
                                      .axis_terms = true};
 
-/// Temperature terms as these files have them: each rate by its own name.
+/// Temperature terms as these files hold them, with each rate under its own name.
 struct ThermalBlock {
   ThermalTerms terms;
 };
@@ -61,7 +61,7 @@ void SensorFields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("sensitivity", sensor.model.sensitivity);
   Eigen::Matrix3d correction = sensor.model.Correction();
   visit("correction", correction);
-  // Who applies them needs no σ, which may be infinite.
+  // Firmware that applies the correction needs no σ, which may be infinite.
   if constexpr (!V::kReads) {
     visit("bias_sigma", sensor.bias_sigma);
     visit("sensitivity_sigma", sensor.sensitivity_sigma);
@@ -125,7 +125,7 @@ Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name
   return carried;
 }
 
-// Everything that calibration.yaml says of the sensors, in JSON, in the calibration's units.
+// All that calibration.yaml holds of the sensors, in JSON, in the calibration's units.
 constexpr std::string_view kExportFormat = "truetriad/export/1";
 
 Result<Files> WriteJsonExport(const WriteRequest& request) {
@@ -149,7 +149,7 @@ Result<Files> WriteJsonExport(const WriteRequest& request) {
 }
 
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
-constexpr double kCoverageFactor = 2.0;  // 95 % of a normal distribution, rounded up.
+constexpr double kCoverageFactor = 2.0;  // 95.4 % of a normal distribution.
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
 /// Probability that a value lies within k of its standard uncertainties.
@@ -159,7 +159,7 @@ double CoverageProbability(const Quality& quality) {
   return FisherCdf(kCoverageFactor * kCoverageFactor, 1.0, dof);
 }
 
-/// What the values rest on: each reference, its value, and how it came into the calibration.
+/// A reference of the calibration: its name, its value and its source.
 struct Reference {
   std::string name, value, source;
 };
@@ -248,7 +248,7 @@ Json SensorRecord(const TriadCalibration& sensor, const std::optional<double>& r
   return json;
 }
 
-/// The tags that are stated.
+/// The tags that the calibration states.
 void AddTags(std::span<const TagKey> keys, const Tags& tags, Json* json) {
   for (const TagKey& tag : keys) {
     if (!(tags.*tag.value).empty()) (*json)[std::string(tag.key)] = tags.*tag.value;
@@ -398,7 +398,7 @@ std::vector<Section> RecordSections(const WriteRequest& request) {
 }
 
 std::string RecordPage(const WriteRequest& request, std::string json) {
-  // Nothing in the data may end the element.
+  // No text in the data may end the script element.
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) {
     json.replace(at, 1, "\\u003c");
   }

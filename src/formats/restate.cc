@@ -29,7 +29,7 @@ double AngleDeg(const Eigen::Matrix3d& rotation) {
   return Eigen::AngleAxisd(rotation).angle() * kDegPerRad;
 }
 
-/// Where the temperature terms of a triad are evaluated when they must become constants.
+/// The temperature at which temperature terms are evaluated to become constants.
 Result<double> ConstantTemperature(Triad triad,
                                    const ThermalTerms& thermal,
                                    const ExportOptions& options) {
@@ -45,10 +45,10 @@ Result<double> ConstantTemperature(Triad triad,
   return temperature;
 }
 
-/// Of a polynomial in place of pieces, where a format holds any.
+/// Chosen: the degree of the polynomial that replaces pieces in a format without limit.
 constexpr int kRefitOrder = 9;
 
-/// The bias as a polynomial of degree `order`, which the format can hold.
+/// Replaces the bias by a polynomial of degree `order`, which the format can hold.
 void LowerBiasOrder(int order, TriadCalibration* sensor) {
   ThermalTerms& thermal = *sensor->thermal;
   std::vector<Eigen::Vector3d> terms(static_cast<std::size_t>(order), Eigen::Vector3d::Zero());
@@ -145,7 +145,7 @@ void Turn(const Eigen::Matrix3d& rotation, TriadCalibration* sensor) {
   for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = term * rotation;
 }
 
-/// Turns the body frame into that of the format.
+/// Turns the body frame into that of the format's gauge.
 void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const Triad leading = restated->held.gauge_sensor;
   if (!restated->held.sensors[leading]) return;
@@ -153,7 +153,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const double sign = restated->held.sensors[leading]->Scale().sum() < 0.0 ? -1.0 : 1.0;
   const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
   restated->whole.gauge = restated->held.gauge = gauge;
-  // Rounding of a rotation matrix: the frame is that of the format already.
+  // Rounding of a rotation matrix; below it the frame is already that of the format.
   constexpr double kSameFrame = 1e-14;
   if ((rotation - Eigen::Matrix3d::Identity()).norm() > kSameFrame) {
     for (Calibration* const calibration : {&restated->whole, &restated->held}) {
@@ -166,7 +166,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
                                  RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
                                  std::string(GaugeName(gauge)));
   }
-  // Up to rounding they are.
+  // The other triangle is zero up to rounding.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
 }
@@ -195,7 +195,7 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
   const Eigen::Matrix3d correction = sensor->model.Correction();
   const Svd3 svd = SvdOf3(correction);
   const Eigen::Matrix3d R = svd.U * svd.V.transpose();
-  // Row i says which reading makes axis i.
+  // Row i names the reading that gives axis i.
   const Eigen::Matrix3d map = NearestAxisMap(R);
   const bool mirrored = correction.determinant() < 0.0;
   const bool straight = map.isIdentity(0.0);
@@ -256,8 +256,7 @@ Status HoldUnits(Triad triad,
     }
     chosen = *wanted;
   }
-  // Counts have no other unit until somebody says how large they are: a consumer that takes any
-  // unit is fed them as they are.
+  // Counts of unknown size cannot be converted, so a consumer that takes any unit gets counts.
   std::string reading =
       chosen.empty() || (capacity.free_unit && raw.is_counts && !options.units[triad])
           ? sensor.input_unit
@@ -323,7 +322,7 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
   const Eigen::Index size = degree + 1;
   const double middle = 0.5 * (low + high);
   const double half = 0.5 * (high - low);
-  // Interpolated in u = (x - middle) / half, where the powers are well conditioned.
+  // Interpolates in u = (x - middle) / half, in which the powers are well conditioned.
   Eigen::MatrixXd powers(size, size);
   Eigen::VectorXd values(size);
   for (Eigen::Index i = 0; i < size; ++i) {
@@ -361,7 +360,7 @@ Result<Restated> Restate(const Calibration& calibration,
     if (!format.capacity[triad].held) {
       restated.notes.emplace_back(Name(triad) + ": dropped: " + std::string(format.info.name) +
                                   " does not support it");
-      continue;  // It stays until the frame is turned, which it may lead.
+      continue;  // It is kept until the frame is turned, since it may be the leading sensor.
     }
     any = true;
     TRUETRIAD_RETURN_IF_ERROR(

@@ -16,24 +16,23 @@ namespace truetriad {
 
 // A calibration as a format can hold it.
 struct Restated {
-  // Everything that the calibration says, turned into the body frame of the format; in the units of
-  // the calibration.
+  // The whole calibration in the body frame of the format and the units of the calibration.
   Calibration whole;
-  // What the format holds of it, in the format's units. Each output_unit is that of the result.
+  // The part that the format can hold, in its units. Each output_unit is that of the result.
   Calibration held;
   PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
   PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
-  // The body frame of each sensor of `whole` in that of the calibration.
+  // For each sensor the rotation from the body frame of `whole` to that of the calibration.
   PerTriad<Eigen::Matrix3d> rotation = {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
-  // By how much a sensor is turned against the body frame where the format does not hold it.
+  // The angle between a sensor's axes and the body frame where the format cannot hold it.
   PerTriad<double> dropped_turn_deg = {};
   PerTriad<bool> is_turned = {};   ///< Export::is_turned.
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };
 
-// Exact as far as the format allows: gauge and units are; what the format cannot hold is dropped:
+// Gauge and units are restated exactly; what the format cannot hold is dropped:
 //   bias order above the format's      cubic through Chebyshev points over the calibrated range
 //   no temperature terms               values at options.temperature_degc
 //   diagonal matrix                    diag(C)
@@ -46,7 +45,7 @@ Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);
 
-// The sensor with its readings and its results in other axes: turn * both.
+// Rotates the axes of a sensor's readings and of its results: `turn` times both.
 void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor);
 
 // The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
@@ -56,18 +55,17 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double high,
                                  int degree);
 
-// What `equation` makes of the readings that `restated.whole` says a triad gives for truths on a
-// sphere (gravity, the field's strength or pi rad/s in radius), over the calibrated temperatures,
-// against those truths. `calibration` is the one before it was restated: its covariance tells how
-// well it predicts itself. Terms in the rate of temperature that the format does not hold are in
-// at_rates alone.
+// The errors of `equation` for the readings that `restated.whole` predicts for truths on a sphere
+// (of radius gravity, field strength or pi rad/s) over the calibrated temperatures. `calibration`
+// is the one before it was restated; its covariance gives the σ of its own predictions. Terms in
+// the rate of temperature that the format does not hold enter at_rates alone.
 ExportLoss LossOf(Triad triad,
                   const Equation& equation,
                   const Restated& restated,
                   const Calibration& calibration);
 
-// By how much a corrected reading is uncertain from the calibration's own covariance, by axis, true
-// unit squared: the mean over a sphere of truths, at the reference temperature.
+// Variances of a corrected reading by axis from the calibration's covariance, true unit squared:
+// the mean over a sphere of truths at the reference temperature.
 Eigen::Vector3d ReadingVariances(Triad triad, const Calibration& calibration);
 
 }  // namespace truetriad

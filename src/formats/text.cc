@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kReadings = ": readings in ";
 constexpr std::string_view kResult = ", result in ";
 
-/// True units a raw one. Error: counts of unknown size.
+/// True units in one raw unit. Error: counts of unknown size.
 Result<double> TruthPerRaw(const AllanTriad& found) {
   if (!found.unit.is_counts) return found.unit.truth_per_raw;
   if (found.si_per_count) return *found.si_per_count;
@@ -37,7 +37,7 @@ std::vector<float> ReadConstant(const std::string& text, const std::string& decl
     float value = 0.0F;
     const auto result = std::from_chars(text.data() + at, text.data() + end, value);
     numbers.push_back(value);
-    at = static_cast<std::size_t>(result.ptr - text.data()) + 1;  // Past the f.
+    at = static_cast<std::size_t>(result.ptr - text.data()) + 1;  // After the f.
   }
   return numbers;
 }

@@ -21,26 +21,26 @@
 
 namespace truetriad {
 
-// A float constant of C.
+// A float literal of C.
 inline std::string FloatLiteral(float value) {
   std::string text = NumberText(value);
   if (text.find_first_of(".e") == std::string::npos) text += ".0";
   return text + "f";
 }
 
-// The numbers of the constant of C that `text` declares in these words, up to its semicolon; empty
-// where there is none.
+// The numbers of the C constant that `text` declares with the words `declaration`, up to its
+// semicolon; empty if there is none.
 std::vector<float> ReadConstant(const std::string& text, const std::string& declaration);
 
-/// A line of a file that people write: its words, which blanks, tabs and commas part, up to a `#`.
+/// A line of a hand-written file: its words, separated by blanks, tabs or commas, up to a `#`.
 struct WordLine {
   FilePlace place;
-  std::string text;  ///< All of it.
+  std::string text;  ///< The whole line.
   std::vector<std::string> words;
 };
 std::vector<WordLine> WordLines(const ExportedFile& file);
 
-/// The number that all of `word` is; unset: it is none.
+/// The number that makes up the whole `word`; unset if it is none.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view word) {
   Number value{};
@@ -51,24 +51,23 @@ std::optional<Number> ParseNumber(std::string_view word) {
 
 std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines);
 
-/// What every exported file of a calibration says of its unit, and of itself with the version in
-/// between.
+/// The words of every exported file about its unit; the version stands between the two constants.
 std::string UnitPhrase(const std::string& serial);
-/// The serial number, or in words that there is none.
+/// The serial number, or words for a missing one.
 std::string UnitName(const std::string& serial);
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";
 
-// How the comment of a file begins that was exported of a unit which may not leave.
+// The first words of the comment in a file exported for a unit that may not be delivered.
 inline constexpr std::string_view kMustNotLeave = "THIS UNIT MUST NOT LEAVE";
 
-// The line of an exported file that says which units a sensor's numbers are for.
+// The line of an exported file that states the units of a sensor's numbers.
 std::string UnitComment(Triad triad, std::string_view reading_unit, std::string_view result_unit);
 
-// The unit of the readings that such a line of `text` states; empty when there is none.
+// The unit of the readings in such a line of `text`; empty when there is none.
 std::string UnitFromComment(const std::string& text, Triad triad);
 
-// Lists of numbers as YAML reads them.
+// Lists of numbers in the syntax of YAML.
 
 template <typename Number>
 std::string ListText(std::span<const Number> values) {
@@ -83,21 +82,21 @@ inline std::string ListText(const Eigen::VectorXd& vector) {
   return ListText(std::span<const double>(vector.data(), static_cast<std::size_t>(vector.size())));
 }
 
-// A list of the three rows of a matrix, which come one after another.
+// A list of the three rows of a matrix, one after another.
 inline std::string RowsText(const Eigen::VectorXd& matrix) {
   const std::span<const double> numbers(matrix.data(), 9);
   return "[" + ListText(numbers.first(3)) + ", " + ListText(numbers.subspan(3, 3)) + ", " +
          ListText(numbers.last(3)) + "]";
 }
 
-// What the fields of a map state, matrices as lists of rows or as one list; fields of one name
-// share a list. Errors in the reader.
+// The quantities of the fields of a map; a matrix is a list of rows or one list, and fields of the
+// same name share a list. Errors are kept in the reader.
 Stated ReadFields(YamlReader map, std::span<const Field> fields, bool in_rows = false);
 
-// Continuous-time noise of a triad, true units: what visual-inertial programs ask for.
+// Continuous-time noise of a triad in true units, as visual-inertial programs need it.
 struct NoiseDensities {
   Eigen::Vector3d white = Eigen::Vector3d::Zero();  // unit / sqrt(Hz)
-  // unit / s / sqrt(Hz); unset where a rest was too short to tell it of every axis.
+  // unit / s / sqrt(Hz); unset if a rest was too short to estimate it for every axis.
   std::optional<Eigen::Vector3d> random_walk;
   double rate_hz = 0.0;
 };
@@ -105,8 +104,8 @@ struct NoiseDensities {
 // One number for three axes: their RMS.
 double RmsOfAxes(const Eigen::Vector3d& density);
 
-// From --allan; unset when there is none, it does not hold the triad, or does not tell white noise
-// of every axis. Error (bad input): it is in counts of unknown size.
+// The noise of --allan; unset if there is none, it lacks the triad, or it has no white noise of
+// some axis. Error (bad input): it is in counts of unknown size.
 Result<std::optional<NoiseDensities>> NoiseOf(const ExportOptions& options, Triad triad);
 
 }  // namespace truetriad

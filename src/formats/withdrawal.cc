@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kWithdrawn = ".withdrawn";
 
-/// NAME.withdrawn, or NAME.withdrawn-2 where that is an earlier one.
+/// NAME.withdrawn, or the first free NAME.withdrawn-2, -3, ...
 fs::path FreeName(const fs::path& path) {
   std::error_code none;
   const std::string first = path.string() + std::string(kWithdrawn);
@@ -46,12 +46,12 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      // A serial number that a file may write otherwise is not looked for.
+      // A serial number that a file may escape is not searched for.
       if (!serial || serial->find_first_of("\"\\*") != std::string::npos ||
           PrintableLine(*serial) != *serial)
         return true;
-      for (const std::string& its : {*serial, std::string()}) {  // Nobody's are replaced, too.
-        for (const std::string_view next : {" (", ", for "}) {   // A model or the format.
+      for (const std::string& its : {*serial, std::string()}) {  // Also exports without a serial.
+        for (const std::string_view next : {" (", ", for "}) {   // Before a model or a format.
           if (part.find(UnitPhrase(its).append(next)) != std::string::npos) return true;
         }
       }
@@ -75,7 +75,7 @@ Result<std::vector<std::string>> WithdrawExports(
         folders.push_back(entry->path());
       }
       const bool is_file = entry->is_regular_file(vanished);
-      // A file that this command reads is an input and no export.
+      // An input of this command is not an export.
       if (!is_file || written.contains(path) || InputGuard::Holds(path)) continue;
       TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(path));
       if (!is_export) continue;

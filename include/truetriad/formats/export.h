@@ -19,17 +19,17 @@
 
 namespace truetriad {
 
-/// The numbers that a consumer computes with.
+/// The arithmetic of a consumer.
 enum class Arithmetic { kFloat32, kFloat64, kIntegers };
 
 /// A parameter file that other programs read.
 struct FormatInfo {
   std::string_view name;         ///< "px4", as in --to.
   std::string_view description;  ///< "PX4 parameters (QGroundControl .params)".
-  std::string_view file_name;    ///< What such a file is called where nobody says: "px4.params".
+  std::string_view file_name;    ///< Default name of such a file: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
-  /// What the first of several equal sensors is called, where one file holds them all.
+  /// The number of the first of several equal sensors, where one file holds them all.
   std::optional<int> first_instance = {};
 };
 
@@ -40,40 +40,40 @@ std::vector<FormatInfo> Formats();
 Result<FormatInfo> InfoOfFormat(std::string_view name);
 
 struct ExportOptions {
-  /// The program that exports, for the comment: "0.1.0".
+  /// The version of the exporting program, for the comment: "0.1.0".
   std::string software_version = {};
-  /// Name that the file will have: whether MATLAB gets a script (.m) or a .mat.
+  /// The name of the file selects a script (.m) or a .mat for MATLAB.
   std::string file_name = {};
-  /// Where a temperature-dependent calibration is evaluated for a format that holds constants only,
-  /// degC; unset: at the calibration's reference. Range: inside the calibrated one.
+  /// The temperature at which a calibration is evaluated for a format that holds only constants,
+  /// degC; unset: the calibration's reference. Range: inside the calibrated one.
   std::optional<double> temperature_degc = {};
-  /// Refuse when some reading would be off by more than this share of the signal. Range: >= 0.
+  /// Refuse if some reading has an error above this share of the signal. Range: >= 0.
   std::optional<double> max_loss = {};
-  /// Units of the readings that the consumer is fed, for formats that leave them open.
+  /// Units of the readings that the consumer gets, for formats that leave them open.
   PerTriad<std::optional<std::string>> units = {};
-  /// Which of several equal sensors, as the consumer numbers them; unset: `slots`.
+  /// The number of one of several equal sensors in the consumer's counting; unset: `slots`.
   std::optional<int> instance = {};
   /// The consumer's identification of the sensor, for formats that have one; unset: that of the
   /// calibration.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
-  /// Where a consumer with several sets of parameters holds those of the sensor with this number,
-  /// and its temperature terms (Tags); unset: those of the calibration, else its first.
+  /// For a consumer with several sets of parameters: the set of the sensor with this number, and
+  /// that of its temperature terms (Tags); unset: those of the calibration, else the first.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
-  /// Which of its temperature terms it does not use, as of Tags; those of other sensors must not
-  /// come into use with those of this.
+  /// The sets of temperature terms that the consumer does not use (Tags). Enabling the terms of
+  /// this sensor must not enable those.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
-  /// What else the files say at their beginning, a line each.
+  /// Further lines at the beginning of the files.
   std::vector<std::string> further_comment = {};
-  /// A unit that may not leave is exported, and the files say so.
+  /// Exports a unit that may not be delivered; the files say so.
   bool allows_outside_limits = false;
-  /// Who calibrated with what, for the calibration record.
+  /// The laboratory and its equipment, for the calibration record.
   std::optional<Laboratory> laboratory = {};
 };
 
-/// How far the consumer's result is from C(T) (y - b(T)) over a sphere of inputs and the calibrated
-/// temperatures, in the consumer's arithmetic, true unit.
+/// The difference of the consumer's result, in its arithmetic, from C(T) (y - b(T)) over a sphere
+/// of inputs and the calibrated temperatures, true unit.
 struct ExportLoss {
   double signal = 0.0;   ///< Radius of the sphere.
   double largest = 0.0;  ///< Largest length of the difference.
@@ -81,9 +81,9 @@ struct ExportLoss {
   /// Largest ratio of the difference to the σ with which the calibration predicts that reading;
   /// unset when the calibration states none.
   std::optional<double> in_sigmas;
-  /// The same while the temperature changes as fast as in the calibration's sweep, up and down and
-  /// long enough for its lags to settle; set where the format holds no terms in the rate, and the
-  /// calibration states the rates. Largest, RMS.
+  /// The same with the temperature changing at rates of the calibration's sweep, up and down, after
+  /// its lags have settled. Set where the format holds no terms in the rate and the calibration
+  /// states the rates. Largest, RMS.
   struct AtRates {
     Eigen::Vector2d range_degcps = Eigen::Vector2d::Zero();
     double largest = 0.0;
@@ -103,55 +103,55 @@ struct ExportedFile {
 struct Export {
   std::vector<ExportedFile> files = {};
   PerTriad<std::optional<ExportLoss>> loss = {};
-  std::vector<std::string> notes = {};  ///< What the format cannot hold, and what its user must do.
-  std::vector<std::string> warnings = {};  ///< What makes the result worse than the calibration.
-  Findings findings = {};                  ///< As these, what is wrong with a sensor.
-  PerTriad<bool> is_turned = {};           ///< Against the others, or swapped.
+  std::vector<std::string> notes = {};     ///< What is not held, and what its user must do.
+  std::vector<std::string> warnings = {};  ///< What degrades the result.
+  Findings findings = {};                  ///< Warnings about sensors.
+  PerTriad<bool> is_turned = {};           ///< Its axes are rotated or swapped.
 };
 
-/// The result of some of a device's sensors, and the folder that it is in.
+/// The result of some of a device's sensors, and its folder.
 struct ResultOfInstance {
   const Calibration* calibration = nullptr;
   std::string folder;
-  int instance = 0;  ///< Which of several equal sensors they are, from 0.
+  int instance = 0;  ///< The number of the set of equal sensors, from 0.
 };
 
-/// Texts by the paths of their files.
+/// The texts of exported files by their paths.
 struct ExportsBeside {
   std::map<std::string, std::string> files;
   std::vector<std::string> warnings;  ///< As of Export.
-  Findings findings;                  ///< As well; the value "instance" says whose.
-  bool is_whole = true;               ///< No format has left out a usable result.
+  Findings findings;                  ///< As of Export; "instance" names the sensors.
+  bool is_whole = true;               ///< Each usable result is in each format.
 };
 
-/// What `formats` hold of the usable ones of a device's results: beside each, or, where a format
-/// numbers equal sensors, in one file beside the first. One that does not fit a format is left out
-/// of it, with a warning. Errors: as ExportCalibration.
+/// The usable results of a device in each of `formats`: one file beside each result, or, where a
+/// format numbers equal sensors, one file beside the first. A result that does not fit a format is
+/// left out of it with a warning. Errors: as ExportCalibration.
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
 
-/// Whether a file is an export, whatever it is called, of the unit of this serial number, where one
-/// is stated, or of a unit without any. Error (bad input): it cannot be read.
+/// Whether a file, whatever its name, is an export of the unit of this serial number (if given) or
+/// of a unit without a serial number. Error (bad input): it cannot be read.
 Result<bool> IsExport(const std::filesystem::path& path,
                       const std::optional<std::string>& serial = std::nullopt);
 
-/// Renames what was exported into `folder`, and into its instance-N, under whatever name, to
-/// NAME.withdrawn (NAME.withdrawn-2 where there is one), unless a file of `written` is to take its
-/// place; gives the names. For a folder whose result changes, or
-/// may no longer leave. Errors (bad input): a folder cannot be listed, a file cannot be renamed.
+/// Renames each export in `folder` and its subfolders instance-N to NAME.withdrawn (then
+/// NAME.withdrawn-2), unless a file of `written` replaces it, and returns the names. For a folder
+/// whose result changes or may no longer be delivered. Errors (bad input): a folder cannot be
+/// listed, a file cannot be renamed.
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written = {});
 
 /// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
-/// it does not have (usage); a calibration that is not usable, may not leave (kOutsideLimits) or
+/// it lacks (usage); a calibration that is not usable, may not be delivered (kOutsideLimits) or
 /// does not fit the format, a loss above options.max_loss (bad input).
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format,
                                  const ExportOptions& options = {});
 
-/// The noise of `options.allan` alone as the text of `format`, of sensors that nobody calibrated:
-/// bias zero, gains one. Errors: as above; no noise.
+/// Only the noise of `options.allan` as the text of `format`, for uncalibrated sensors: bias zero,
+/// gains one. Errors: as above; no noise.
 Result<Export> ExportNoise(std::string_view format, const ExportOptions& options);
 
 }  // namespace truetriad

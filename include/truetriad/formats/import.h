@@ -13,26 +13,26 @@
 namespace truetriad {
 
 struct ImportOptions {
-  /// The program that imports: "0.1.0".
+  /// The version of the importing program: "0.1.0".
   std::string software_version = {};
-  /// Units of the readings that the calibration is to take; unset: true units, or what the file
-  /// says. Must be set when the file does not say it.
+  /// Units of the readings for the calibration; unset: true units, or those of the file. Must be
+  /// set when the file does not state them.
   PerTriad<std::optional<std::string>> units = {};
-  /// Which of several equal sensors, as the other system numbers them; unset: its first.
+  /// The number of one of several equal sensors in the other system's counting; unset: its first.
   std::optional<int> instance = {};
-  /// By its number instead, for formats that state one.
+  /// Selects a sensor by its identification instead, for formats that state one.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
 };
 
 struct Import {
   Calibration calibration;
-  std::vector<std::string> notes;  ///< What had to be assumed.
+  std::vector<std::string> notes;  ///< The assumptions that were made.
 };
 
-/// What a unit carries today as a calibration, so that it can be compared and evaluated: the
-/// consumer's equation as bias and sensitivity, every σ zero. The gauge is the one in which the
-/// leading triad's matrix stands. Errors: no such format, one that cannot be imported, a unit that
-/// is not known (usage); files that cannot be read or hold no calibration (bad input).
+/// The calibration that a unit uses today, for comparison and evaluation: the consumer's equation
+/// as bias and sensitivity, every σ zero. The gauge follows from the form of the leading triad's
+/// matrix. Errors: no such format, one that cannot be imported, an unknown unit (usage); files that
+/// cannot be read or hold no calibration (bad input).
 Result<Import> ImportCalibration(std::string_view format,
                                  const std::vector<std::string>& paths,
                                  const ImportOptions& options = {});

@@ -11,19 +11,19 @@
 
 namespace truetriad {
 
-/// Who calibrates, where and by what procedure, and with what, for the calibration record. What is
-/// not stated is empty.
+/// The person, place, procedure and equipment of a calibration, for its record. Fields that are not
+/// stated are empty.
 struct Equipment {
   std::string name, serial, certificate;
   std::string calibrated;  ///< Day of its own calibration, "2026-01-31".
-  std::string due;         ///< Last day on which that counts.
+  std::string due;         ///< The last day on which that calibration is valid.
 };
 struct Laboratory {
   std::string name, address, accreditation, procedure;
   std::vector<Equipment> equipment;
 };
 
-/// The keys of a laboratory.yaml, and of the record, in their order; the first must be there.
+/// The keys of a laboratory.yaml and of the record in their order; the first is required.
 template <typename Of>
 struct LaboratoryKey {
   std::string_view key;
@@ -42,12 +42,12 @@ inline constexpr std::array<LaboratoryKey<Equipment>, 5> kEquipmentKeys = {
      {"calibrated", &Equipment::calibrated, true},
      {"due", &Equipment::due, true}}};
 
-/// Reads a laboratory.yaml. Errors (bad input), all of them at once with file and line: no name, a
-/// day that is none, unknown keys.
+/// Reads a laboratory.yaml. Errors (bad input), all at once with file and line: no name, an invalid
+/// day, unknown keys.
 Result<Laboratory> ReadLaboratory(const std::string& path);
 
-/// Whether `created`, the time of a calibration in ISO 8601, is after the day that its calibration
-/// was due. Unset where one of them is not stated.
+/// Whether `created`, the time of a calibration in ISO 8601, is after the due day of the equipment.
+/// Unset if one of them is not stated.
 std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created);
 
 }  // namespace truetriad
