@@ -11,10 +11,10 @@
 namespace truetriad::line {
 namespace {
 
-// Beyond, p is below 1e-30; the fits that give it are meant for less.
+// Beyond this p is below 1e-30; the fits for p were made for smaller statistics.
 constexpr double kLargestStatistic = 13.0;
 
-/// p of the statistic after its correction for the number of values.
+/// p of the statistic that was corrected for the number of values.
 double ProbabilityBeyond(double statistic) {
   const double a = std::min(statistic, kLargestStatistic);
   if (a >= 0.6) return std::exp(1.2937 - 5.709 * a + 0.0186 * a * a);
@@ -23,7 +23,7 @@ double ProbabilityBeyond(double statistic) {
   return 1.0 - std::exp(-13.436 + 101.14 * a - 223.73 * a * a);
 }
 
-/// Where the mean lies in the limits, and how well that is known.
+/// The position of the mean within the limits, and its uncertainty.
 struct Location {
   double mean = 0.0;
   double lower = 0.0, upper = 0.0;  // limits
@@ -33,7 +33,7 @@ struct Location {
   double Distance() const { return std::min(upper - mean, mean - lower); }
 };
 
-/// distance / (3 sigma), 0 / 0 being none.
+/// distance / (3 sigma); NaN for 0 / 0.
 double InSigmas(double distance, double sigma) { return distance / (3.0 * sigma); }
 
 /// The interval of Cpk from those of distance and sigma.
@@ -41,8 +41,7 @@ Interval CpkInterval(const Location& at, double sigma, const Interval& sigmas) {
   const double distance = at.Distance();
   const double one = InSigmas(distance, sigmas.upper), other = InSigmas(distance, sigmas.lower);
   const double by_sigma_low = std::min(one, other), by_sigma_high = std::max(one, other);
-  // No spread at all: Cpk is infinite, and the bounds that are not come from the upper one of
-  // sigma.
+  // Without any spread Cpk is infinite, and a finite bound comes from the upper bound of sigma.
   if (!(sigma > 0.0)) {
     return {std::min(by_sigma_low, InSigmas(distance - at.doubt, sigmas.upper)),
             std::max(by_sigma_high, InSigmas(distance + at.doubt, sigmas.lower))};
@@ -100,7 +99,7 @@ Spread MovingRangeSpread(const Eigen::VectorXd& values) {
   const Eigen::Index count = values.size() - 1;
   const double m = static_cast<double>(count);
   const double d2 = 2.0 * std::numbers::inv_sqrtpi;
-  // Of |D1| and |D2|, differences of one value with those on its sides, which correlate by -1/2:
+  // Covariance of |D1| and |D2|, adjacent differences, whose correlation is -1/2:
   // 4/pi (sqrt(3)/2 + pi/12) - 4/pi.
   const double covariance =
       4.0 / std::numbers::pi * (0.5 * std::numbers::sqrt3 + std::numbers::pi / 12.0 - 1.0);
@@ -110,7 +109,7 @@ Spread MovingRangeSpread(const Eigen::VectorXd& values) {
 }
 
 double AndersonDarlingP(const Eigen::VectorXd& values) {
-  constexpr Eigen::Index kFewest = 8;
+  constexpr Eigen::Index kFewest = 8;  // Below eight values the fits for p are not valid.
   if (values.size() < kFewest) return kNotKnown;
   const double sigma = OverallSpread(values).ProcessSigma();
   if (!(sigma > 0.0)) return kNotKnown;

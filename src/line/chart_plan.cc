@@ -20,18 +20,18 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The kernel is a normal density of width λ in an interval of some 6 sqrt(λ / 2): Gauss points for
-// which it is at least twice as wide as the distance between them: eight digits of run lengths to
-// 10^6. An even number, so that none is 0.
+// The kernel is a normal density of width λ in an interval of about 6 sqrt(λ / 2). With so many
+// Gauss points it is at least twice as wide as their distance, which gives eight digits of run
+// lengths up to 10^6. The number is even, so that no point is at 0.
 int EwmaPoints(double lambda) { return 10 + 2 * static_cast<int>(7.0 / std::sqrt(lambda)); }
-// Relative accuracy of limits; a run length has some 10 times that.
+// Relative accuracy of limits; that of a run length is about 10 times worse.
 constexpr double kLimitAccuracy = 1e-7;
 
 struct Quadrature {
   VectorXd points, weights;
 };
 
-// Gauss and Legendre's on -1...1.
+// Gauss-Legendre quadrature on -1...1.
 Quadrature GaussLegendre(int count) {
   Quadrature rule{VectorXd(count), VectorXd(count)};
   Index at = 0;
@@ -49,7 +49,7 @@ Quadrature GaussLegendre(int count) {
 
 double EwmaRunLength(double lambda, double width, double shift) {
   CHECK(lambda >= 0.01 && lambda <= 1.0) << "smoothing constant " << lambda;
-  // Density at `to` of the EWMA's next value after `from`.
+  // Density at `to` of the next value of the EWMA after `from`.
   const auto density = [&](double from, double to) {
     const double x = (to - (1.0 - lambda) * from) / lambda - shift;
     return std::exp(-0.5 * x * x) / (lambda * std::sqrt(2.0 * std::numbers::pi));
@@ -72,7 +72,7 @@ double EwmaRunLength(double lambda, double width, double shift) {
 }
 
 double EwmaWidth(double lambda, double run_length) {
-  // At most that of single values: an average has fewer chances to be outside.
+  // The upper end is the limit of single values, since an average is outside less often.
   double low = 0.5, high = -NormalQuantile(0.25 / run_length);
   while (high - low > kLimitAccuracy * high) {
     const double middle = 0.5 * (low + high);
@@ -94,7 +94,7 @@ double HotellingLimit(int dimension, double probability, double count, bool own)
   if (!own) {
     return p * (count - 1.0) / (count - p) * FisherUpperQuantile(probability, p, count - p);
   }
-  // (n - 1) times a beta(p / 2, (n - p - 1) / 2), which is a function of Fisher's F.
+  // The limit is (n - 1) times a beta(p / 2, (n - p - 1) / 2) quantile, a function of Fisher's F.
   const double rest = count - p - 1.0;
   const double f = p / rest * FisherUpperQuantile(probability, p, rest);
   return (count - 1.0) * f / (1.0 + f);
@@ -103,12 +103,12 @@ double HotellingLimit(int dimension, double probability, double count, bool own)
 ChartPlan::ChartPlan(const ChartOptions& wanted, std::size_t charts) : options(wanted) {
   CHECK_GT(options.run_length_units, 1.0);
   const double sum = std::accumulate(options.shares.begin(), options.shares.end(), 0.0);
-  // A sum of shares that are rounded to a few digits.
+  // The sum may exceed 1 by the rounding of shares to a few digits.
   CHECK(sum > 0.0 && sum < 1.0 + 1e-6) << "shares sum to " << sum;
   for (const ChartKind kind : kChartKinds) {
     const auto place = static_cast<std::size_t>(kind);
     CHECK_GE(options.shares[place], 0.0) << NameOf(kind);
-    // The rates of all charts add up to at most 1 / run length however they depend on each other.
+    // The rates of all charts sum to at most 1 / run length, whatever their correlation.
     rates[place] = options.shares[place] / options.run_length_units;
     if (kind == ChartKind::kEwma) {
       rates[place] /= static_cast<double>(std::max<std::size_t>(charts, 1));

@@ -12,7 +12,7 @@
 
 namespace truetriad::line {
 
-/// Mean and spread of values that come one by one.
+/// Mean and variance of values added one by one.
 struct RunningMoments {
   double count = 0.0;
   double mean = 0.0;
@@ -27,19 +27,19 @@ struct RunningMoments {
   double Variance() const { return squares / (count - 1.0); }
 };
 
-/// Mean of the standard deviation of n normal values of σ 1: c4(n); n >= 2, may be a fraction.
+/// c4(n), the mean of the standard deviation of n normal values of σ 1; n >= 2, may be a fraction.
 double C4(double n);
 
-/// Limit on both sides, in σ that is estimated with `dof` degrees of freedom, that is exceeded as
-/// often as `width` times σ were if that were known: t_dof(1 - Φ(-width)).
+/// Two-sided limit for values in units of a σ estimated with `dof` degrees of freedom; it is
+/// exceeded as often as `width` with a known σ: t_dof(1 - Φ(-width)).
 double PredictiveWidth(double width, double dof);
 
-/// Weights of the units in a moving average since it began at 0.
+/// The weights of the units in a moving average that began at 0.
 class MovingWeights {
  public:
   explicit MovingWeights(double lambda) : lambda_(lambda) {}
 
-  /// `own`: the unit that comes is one of those that the process' mean is estimated from.
+  /// `own`: the unit that is added belongs to those from which the process mean is estimated.
   void Add(bool own) {
     all_ += lambda_ * (1.0 - all_);
     own_ += lambda_ * ((own ? 1.0 : 0.0) - own_);
@@ -47,8 +47,8 @@ class MovingWeights {
   }
   void Restart() { all_ = own_ = squares_ = 0.0; }
 
-  /// Of the average less `all` times a mean of `count` units, for units of variance 1; exact, so
-  /// never negative: what own units have in common with the mean is allowed for.
+  /// Variance of the average less `all` times the mean of `count` units, for units of variance 1.
+  /// It accounts exactly for the covariance of own units with the mean, so it is never negative.
   double Variance(double count) const { return squares_ + all_ * (all_ - 2.0 * own_) / count; }
 
  private:
@@ -57,17 +57,17 @@ class MovingWeights {
 };
 
 /// Limit of T^2 = d' S^-1 d / (variance of d, in that of single units) over `dimension` parameters
-/// that is exceeded with `probability`, S from `count` units: Fisher's quantile of later units (d's
-/// variance with what the centre adds, 1 + 1 / count), a beta's of own.
+/// that is exceeded with `probability`, S from `count` units: Fisher's quantile for later units
+/// (the variance of d includes 1 / count of the centre), a beta quantile for own units.
 double HotellingLimit(int dimension, double probability, double count, bool own);
 
-/// The false alarms that each chart of a station may give, and the limits that follow.
+/// The false alarm rate of each chart of a station, and the limits that follow from it.
 struct ChartPlan {
-  /// `charts`: parameters that have charts of their own.
+  /// `charts`: the number of parameters with charts of their own.
   ChartPlan(const ChartOptions& options, std::size_t charts);
 
   bool Has(ChartKind kind) const { return RateOf(kind) > 0.0; }
-  /// False alarms a unit of one chart of this kind.
+  /// False alarms per unit of one chart of this kind.
   double RateOf(ChartKind kind) const { return rates[static_cast<std::size_t>(kind)]; }
 
   ChartOptions options;
@@ -78,29 +78,29 @@ struct ChartPlan {
 /// One parameter's values at one station.
 struct ParameterValues {
   int parameter = 0;
-  std::vector<int> units;      // with a value, in their order; indices in LineData::units
+  std::vector<int> units;      // units that have a value, in order; indices in LineData::units
   std::vector<double> values;  // of these
-  std::size_t baseline = 0;    // the first so many are the baseline
-  bool own = false;            // that is all of them: phase I
-  std::vector<bool> good;      // of the baseline: no outlier
+  std::size_t baseline = 0;    // the first `baseline` values are the baseline
+  bool own = false;            // all values are the baseline: phase I
+  std::vector<bool> good;      // for the baseline: not an outlier
 };
 
-/// The baseline follows so many units behind the line. A shift of 1 σ is found in a fifth of that;
-/// one that was in the baseline already would hide itself (see docs/line.md).
+/// The baseline lags the last unit by so many units. A shift of 1 σ is found within a fifth of
+/// that; a shift already inside the baseline would mask itself (see docs/line.md).
 inline constexpr std::size_t kBaselineLag = 100;
-/// Limits are computed anew when the baseline has grown by this factor.
+/// Limits are recomputed when the baseline has grown by 5 %.
 inline constexpr double kBaselineGrowth = 1.05;
 
-/// A chart as its points come.
+/// Builds a chart point by point.
 class ChartWriter {
  public:
-  /// `count` points will come, of which the last `most` are kept.
+  /// `count` points will be added, of which the last `most` are kept.
   ChartWriter(ChartKind kind, int parameter, std::size_t count, int most);
 
   /// An alarm lasts from a point with `alarm` to the last one that follows without interruption.
   void Add(const ChartPoint& point, bool alarm);
   bool in_alarm() const { return in_alarm_; }
-  /// The alarm that has just begun is mostly of this parameter.
+  /// Sets the parameter that contributes most to the alarm that has just begun.
   void SetMost(int parameter) { alarms_.back().most = parameter; }
 
   void MoveTo(StationCharts* station);
@@ -115,20 +115,20 @@ class ChartWriter {
 /// Another sentence of station->note.
 void AddNote(const std::string& sentence, StationCharts* station);
 
-/// T^2 over those parameters, which all have a baseline or none; adds to station->dependent and
-/// note. Units of the EWMA alarms that the station has by now are in no baseline.
+/// T^2 over those parameters, of which all have a baseline or none; adds to station->dependent and
+/// note. Units in EWMA alarms already found for the station are kept out of the baseline.
 void DrawHotelling(const LineData& data,
                    std::vector<ParameterValues> shared,
                    const ChartPlan& plan,
                    StationCharts* station);
 
-// Average run lengths: the mean number of points until a chart with the given limits gives an
-// alarm, the alarming one included, when single values are independent and normal with σ = 1.
+// Average run lengths: the mean number of points up to and including the first alarm of a chart
+// with the given limits, for independent normal values with σ = 1.
 
 /// EWMA z_i = λ x_i + (1 - λ) z_(i-1), z_0 = 0, alarm where |z_i| > width * sqrt(λ / (2 - λ)).
 /// `shift`: of the mean of x, from the first value on. Nyström's solution of the integral equation
-/// of Crowder (1987). Limits that widen with time to these give a few alarms more on the way: at
-/// λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts), a longer one loses less.
+/// of Crowder (1987). Limits that widen with time to these values give a few more early alarms: at
+/// λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts); longer ones lose less.
 double EwmaRunLength(double lambda, double width, double shift = 0.0);
 
 /// The width with which EwmaRunLength(lambda, width) = run_length; at least 0.5.

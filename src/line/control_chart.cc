@@ -14,17 +14,18 @@
 namespace truetriad::line {
 namespace {
 
+// The first reach is in robust σ about the median, which outliers inflate; later ones are in σ.
 constexpr double kFirstReach = 5.0;
-constexpr double kReach = 4.0;
-constexpr int kMostRounds = 10;
-// Of a value's size: what differs by less is rounding of the same.
+constexpr double kReach = 4.0;   // Excludes one normal value in 16,000.
+constexpr int kMostRounds = 10;  // A set that alternates ends here.
+// Of a value's magnitude: a smaller difference is rounding.
 constexpr double kSame = 1e-12;
 
-// An alarm of the EWMA ends below this share of its limit: it is a level, not a unit.
+// An EWMA alarm ends below this share of its limit, so that a level near the limit is one alarm.
 constexpr double kQuiet = 0.5;
-// σ from differences of neighbours has 2/3 of the degrees of freedom of that about the mean.
+// σ from differences of neighbours has 2/3 of the degrees of freedom of σ about the mean.
 constexpr double kDofOfDifferences = 2.0 / 3.0;
-// In σ: of normal values one in 16,000 is left out of the baseline though it belongs there.
+// In σ: one normal value in 16,000 is excluded from the baseline.
 constexpr double kFarAway = 4.0;
 
 class Ewma {
@@ -64,8 +65,7 @@ class Ewma {
     count_ = moments_.count;
     dof_ = count_ - 1.0;
     sigma_ = std::sqrt(moments_.Variance());
-    // A shift amid units that judge each other widens their σ about the mean, but not that of
-    // neighbours.
+    // In phase I a shift widens σ about the mean, but hardly σ of the differences of neighbours.
     if (values_.own) SetSigmaOfNeighbours();
     limit_ = PredictiveWidth(plan_.ewma_width, dof_);
   }
@@ -103,7 +103,7 @@ class Ewma {
     if (alarm && !before) {
       for (std::size_t at = k - std::min(k, kBaselineLag); at < k; ++at) usable_[at] = false;
     }
-    if (before && !alarm) {  // as after a repair: the chart begins anew
+    if (before && !alarm) {  // the chart restarts, as after a repair
       average_ = 0.0;
       weights_.Restart();
     }
@@ -115,17 +115,17 @@ class Ewma {
   std::size_t first_;
   std::vector<bool> usable_;  // for the baseline
   RunningMoments moments_;
-  // What is normal, as of the last SetLimits; count and dof: units in the mean, and of σ.
+  // Mean and σ of the process at the last SetLimits; count: units in the mean; dof: of σ.
   double centre_ = 0.0, sigma_ = 0.0, count_ = 0.0, dof_ = 0.0;
-  double limit_ = 0.0;    // over the EWMA's own σ
+  double limit_ = 0.0;    // of the EWMA, in its own σ
   double average_ = 0.0;  // EWMA of deviations, in the parameter's unit
   MovingWeights weights_;
   ChartWriter writer_;
 };
 
-// Which values belong to what most of them come from: first those within 5 robust σ of the median,
-// then those within 4 σ of the mean of what is left, until this stays. Of normal values one in
-// 16,000 is left out; up to a third may be anything.
+// Marks the values that are no outliers: first those within 5 robust σ of the median, then those
+// within 4 σ of the mean of the marked ones, until the set stays the same. One normal value in
+// 16,000 is left out; up to a third of all values may be outliers.
 std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
   std::vector<bool> good(values.size(), true);
   if (values.empty()) return good;
@@ -153,7 +153,7 @@ std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
 }
 
 constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
-constexpr double kSharedBy = 0.9;
+constexpr double kSharedBy = 0.9;  // A unit without one value is lost for T^2.
 
 // Values of one parameter over a station's units.
 ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, int parameter) {
@@ -168,7 +168,7 @@ ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, in
   return values;
 }
 
-// The first `units` values; all of them (0, or no more are there): they judge each other.
+// The first `units` values are the baseline; all if `units` is 0 or no smaller (phase I).
 void SetBaseline(int units, ParameterValues* values) {
   const std::size_t count = values->values.size();
   const auto wanted = static_cast<std::size_t>(std::max(units, 0));
@@ -178,8 +178,8 @@ void SetBaseline(int units, ParameterValues* values) {
   values->good = WithoutOutliers({values->values.begin(), end});
 }
 
-// Those that nine of ten units have: of fewer the other units would be lost for the chart of all.
-// Where one of them has no baseline, none has: the units judge each other.
+// The parameters that nine of ten units have: a rarer one would exclude all other units from T^2.
+// If one of them has no separate baseline, none has (phase I).
 std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
   std::vector<ParameterValues> shared;
   bool judge_each_other = false;
@@ -193,7 +193,7 @@ std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watche
   return shared;
 }
 
-// Whether values of the baseline that should vary do: not all of them equal but for rounding.
+// Whether the values of the baseline vary by more than rounding.
 bool VariesInBaseline(const ParameterValues& values) {
   std::vector<double> good;
   for (std::size_t k = 0; k < values.baseline; ++k) {
@@ -204,7 +204,7 @@ bool VariesInBaseline(const ParameterValues& values) {
   return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
 }
 
-// `plans`: of stations before, by their number of parameters.
+// `plans` caches those of earlier stations by their number of parameters.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
                        const std::vector<int>& units,

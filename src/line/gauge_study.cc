@@ -15,7 +15,7 @@
 namespace truetriad::line {
 namespace {
 
-/// The mean square of a line times a factor, of either sign.
+/// The mean square of a line times a positive or negative factor.
 struct MeanSquareTerm {
   double factor = 0.0;
   const AnovaLine* line = nullptr;
@@ -27,8 +27,8 @@ constexpr double kManyDof = std::numeric_limits<double>::infinity();
 
 double Squared(double value) { return value * value; }
 
-/// How far a bound lies from the sum, squared: V_L of the papers where `probability` is 1 - tail,
-/// for the lower bound; V_U where it is tail, for the upper one.
+/// Squared distance of a bound from the sum: V_L of the papers for `probability` = 1 - tail (lower
+/// bound), V_U for `probability` = tail (upper bound).
 double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probability) {
   const bool is_lower = probability > 0.5;
   const auto own = [&](const MeanSquareTerm& term) {
@@ -64,10 +64,9 @@ double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probabil
   return std::max(0.0, sum);
 }
 
-/// A variance component sum(factor * expected mean square), at most one factor of which is
-/// negative. Its interval is that of the modified large-sample method: Graybill & Wang (1980) for
-/// sums, Ting, Burdick, Graybill, Jeyaratnam & Lu (1990), eq. 2 to 5, for differences. Never below
-/// zero.
+/// A variance component sum(factor * expected mean square), at least zero, with at most one
+/// negative factor. Its interval is that of the modified large-sample method: Graybill & Wang
+/// (1980) for sums, Ting, Burdick, Graybill, Jeyaratnam & Lu (1990), eq. 2 to 5, for differences.
 VarianceComponent ComponentOf(const std::vector<MeanSquareTerm>& terms, double confidence) {
   const double tail = 0.5 * (1.0 - confidence);
   double value = 0.0;
@@ -86,7 +85,7 @@ double MeanOf(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
-/// Sum of the squared distances of `values` from `center`, each `weight` times.
+/// Sum of the squared distances of `values` from `center`, each times `weight`.
 double SquaresAbout(const std::vector<double>& values, double center, double weight) {
   double sum = 0.0;
   for (const double value : values) sum += (value - center) * (value - center);
@@ -101,7 +100,7 @@ std::string Runs(std::size_t count) {
   return std::to_string(count) + (count == 1 ? " run" : " runs");
 }
 
-/// Whether each part has but one appraiser.
+/// Whether each part has exactly one appraiser.
 bool IsNested(const std::vector<GaugeReading>& readings) {
   std::map<std::string, std::string> appraisers;
   return std::all_of(readings.begin(), readings.end(), [&](const GaugeReading& reading) {
@@ -110,7 +109,7 @@ bool IsNested(const std::vector<GaugeReading>& readings) {
   });
 }
 
-/// Every cell filled alike.
+/// Error: some cell has a different number of readings.
 Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool is_nested) {
   std::size_t most = 0, most_parts = 0;
   for (const auto& [appraiser, by_part] : cells) {
@@ -152,7 +151,7 @@ AnovaLine LineOf(double sum_of_squares, double dof) {
 
 void Test(AnovaLine* line, const AnovaLine& against) {
   line->f = line->mean_square / against.mean_square;
-  // 0 / 0: nothing varies.
+  // 0 / 0 means that nothing varies.
   if (!std::isnan(line->f)) line->p = FisherUpper(line->f, line->dof, against.dof);
 }
 
@@ -171,7 +170,7 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
     of_appraisers.push_back(MeanOf(means));
     parts_in_appraisers += SquaresAbout(means, of_appraisers.back(), r);
   }
-  const double center = MeanOf(of_appraisers);  // All have as many readings.
+  const double center = MeanOf(of_appraisers);  // All have equally many readings.
   study->error = LineOf(error, o * p * (r - 1.0));
   if (o > 1.0) study->appraiser = LineOf(SquaresAbout(of_appraisers, center, p * r), o - 1.0);
   if (study->design != StudyDesign::kCrossed) {
@@ -187,7 +186,7 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
   Test(&study->interaction, study->error);
 }
 
-/// Counts the interaction as error where it is no more, and tests the others against what is left.
+/// Pools an insignificant interaction with the error, and tests the other lines against that.
 void Pool(double above_p, GaugeStudy* study) {
   if (study->design != StudyDesign::kCrossed) return;
   study->is_pooled = !(study->interaction.p <= above_p);
@@ -206,10 +205,10 @@ void FillComponents(double confidence, GaugeStudy* study) {
   const bool has_interaction = study->design == StudyDesign::kCrossed && !study->is_pooled;
   const AnovaLine *const error = &study->error, *const against =
                                                     has_interaction ? &study->interaction : error;
-  // The gauge is the sum of what it consists of, so its factors are, too.
+  // The gauge is the sum of its components, so its mean squares are collected here.
   std::vector<MeanSquareTerm> gauge = {{1.0, error}};
   double reproducibility = 0.0;
-  // The variance by which means of `runs` readings in one line exceed that of another.
+  // Excess variance of the means of `runs` readings in one line over another line.
   const auto between = [&](double runs, const AnovaLine& line, const AnovaLine* other) {
     return std::vector<MeanSquareTerm>{{1.0 / runs, &line}, {-1.0 / runs, other}};
   };
@@ -235,7 +234,7 @@ void FillComponents(double confidence, GaugeStudy* study) {
   }
   study->gauge = ComponentOf(gauge, confidence);
   if (o > 1.0) study->reproducibility.variance = reproducibility;
-  // Of components none of which is below zero, so the sum may be above that of the mean squares.
+  // Sums of components that are at least zero, so they may exceed those of the mean squares.
   study->gauge.variance = study->repeatability.variance + reproducibility;
   study->total.variance = study->gauge.variance + study->part_to_part.variance;
 }
@@ -254,7 +253,7 @@ void FillShares(double tolerance, GaugeStudy* study) {
     component->tolerance_share = 6.0 * sigma / tolerance;
   }
   if (!(study->part_to_part.variance > 0.0)) return;
-  constexpr double kMany = 1e6;  // Where the gauge does not scatter at all.
+  constexpr double kMany = 1e6;  // For a gauge with no variance.
   const double categories = 1.41 * std::sqrt(study->part_to_part.variance / study->gauge.variance);
   study->distinct_categories = static_cast<int>(std::min(kMany, std::floor(categories)));
 }

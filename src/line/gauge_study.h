@@ -12,7 +12,7 @@
 
 namespace truetriad::line {
 
-/// One run of a study: which part (unit), by whom or on what, and what came out.
+/// One run of a study: the part (unit), the appraiser or fixture, and the value.
 struct GaugeReading {
   std::string part, appraiser;
   double value = 0.0;
@@ -21,11 +21,11 @@ struct GaugeReading {
 enum class StudyDesign {
   kCrossed,       ///< Every appraiser measures every part.
   kNested,        ///< Each appraiser has parts of its own.
-  kOneAppraiser,  ///< Nothing is to be told of appraisers.
+  kOneAppraiser,  ///< The appraisers' effect is unknown.
 };
 std::string_view StudyDesignName(StudyDesign design);  ///< "crossed", "nested", "one appraiser".
 
-/// A line of the analysis of variance; NaN where the design has none.
+/// A line of the analysis of variance; NaN where the design has no such line.
 struct AnovaLine {
   double sum_of_squares = kNotKnown, dof = kNotKnown, mean_square = kNotKnown;
   double f = kNotKnown, p = kNotKnown;
@@ -33,20 +33,20 @@ struct AnovaLine {
 
 struct VarianceComponent {
   double variance = kNotKnown;         ///< Never below zero.
-  Interval interval;                   ///< Of the variance; NaN: of a sum for which there is none.
+  Interval interval;                   ///< Of the variance; NaN for a sum without one.
   double study_share = kNotKnown;      ///< Of the total sigma.
-  double tolerance_share = kNotKnown;  ///< 6 sigma by the width of the limits.
+  double tolerance_share = kNotKnown;  ///< 6 sigma / width of the limits.
 };
 
-/// A gauge study by analysis of variance: value = part + appraiser + both together + error.
+/// A gauge study by analysis of variance: value = part + appraiser + interaction + error.
 struct GaugeStudy {
   StudyDesign design = StudyDesign::kCrossed;
   int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: parts of one appraiser.
   AnovaLine part, appraiser, interaction, error;
-  bool is_pooled = false;  ///< The interaction is no more than error, and was counted as that.
+  bool is_pooled = false;           ///< The interaction is not significant and counts as error.
   VarianceComponent repeatability;  ///< The error.
   VarianceComponent appraiser_alone, interaction_alone;
-  VarianceComponent reproducibility;  ///< Of the appraisers, with the interaction.
+  VarianceComponent reproducibility;  ///< Appraisers and interaction.
   VarianceComponent gauge;            ///< Repeatability and reproducibility.
   VarianceComponent part_to_part, total;
   int distinct_categories = 0;  ///< 1.41 sigma of the parts / sigma of the gauge, rounded down.
@@ -63,21 +63,21 @@ struct GaugeStudyOptions {
 Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
                                   const GaugeStudyOptions& options = {});
 
-/// One part, measured again and again: does the gauge repeat, and is it right?
+/// The study of one part measured repeatedly: the repeatability and the bias of the gauge.
 struct Type1Study {
   Eigen::Index runs = 0;
   double mean = kNotKnown;
   Estimate sigma;                                 ///< Repeatability.
-  double reference = kNotKnown;                   ///< What the part is known to be; NaN: it is not.
+  double reference = kNotKnown;                   ///< The known value of the part; NaN: unknown.
   Estimate bias;                                  ///< mean - reference.
-  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< That the bias is none (Student, runs - 1).
-  double cg = kNotKnown;                          ///< 0.2 tolerance / (6 sigma); good from 1.33 on.
-  double cgk = kNotKnown;                  ///< (0.1 tolerance - |bias|) / (3 sigma); likewise.
-  double repeatability_share = kNotKnown;  ///< 6 sigma / tolerance; 15 % where Cg is 1.33.
+  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Test of zero bias (Student, runs - 1).
+  double cg = kNotKnown;                          ///< 0.2 tolerance / (6 sigma); good from 1.33.
+  double cgk = kNotKnown;                         ///< (0.1 tolerance - |bias|) / (3 sigma); same.
+  double repeatability_share = kNotKnown;         ///< 6 sigma / tolerance; 15 % where Cg is 1.33.
 };
 
-/// `tolerance`: width of the limits; NaN: none. Two runs at least; all NaN of fewer. AIAG (2010)
-/// asks for 25, VDA 5 for 25 to 50.
+/// `tolerance`: width of the limits; NaN: none. All results are NaN for fewer than two runs. AIAG
+/// (2010) requires 25 runs, VDA 5 25 to 50.
 Type1Study FindType1Study(const Eigen::VectorXd& values,
                           double reference,
                           double tolerance,

@@ -17,17 +17,17 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
-// Baseline units for each parameter, at least: with n = 2 p limits are twice those of a known
-// covariance already.
+// Minimum of baseline units for each parameter: with n = 2 p the limits are already twice those of
+// a known covariance.
 constexpr std::size_t kLeastUnitsOfParameter = 2;
-// One of so many normal units is left out of the baseline though it belongs there.
+// One normal unit in 10,000 is excluded from the baseline.
 constexpr double kFarAwayProbability = 1e-4;
-constexpr int kMostScreens = 5;
-// Of a column's variance: what is left below it is rounding. Tied entries leave 1e-16; a sensor's
-// parameters that are correlated by 0.999,999 leave 2e-6.
+constexpr int kMostScreens = 5;  // Ends Screen, or the baseline could shrink unit by unit.
+// Share of a column's variance not explained by the others; less is rounding. Tied entries leave
+// 1e-16, parameters of a sensor correlated by 0.999,999 leave 2e-6.
 constexpr double kLeastOwnVariance = 1e-8;
 
-// Units with values of all parameters, as columns scaled by their spread in the baseline.
+// Units with values of all parameters; each column is scaled by its spread in the baseline.
 struct TogetherUnits {
   std::vector<int> parameters;
   std::vector<int> units;
@@ -40,7 +40,7 @@ struct TogetherUnits {
   }
 };
 
-// Mean and covariance of vectors that come one by one.
+// Mean and covariance of vectors added one by one.
 struct RunningScatter {
   explicit RunningScatter(Index dimension)
       : mean(VectorXd::Zero(dimension)), squares(MatrixXd::Zero(dimension, dimension)) {}
@@ -58,8 +58,8 @@ struct RunningScatter {
   MatrixXd Covariance() const { return squares / (count - 1.0); }
 };
 
-// Columns that are not determined by those before them: share of each one's variance that is left
-// is above 1e-8. Of a covariance; columns without variance are none of them.
+// The columns that earlier ones do not determine: a share of at least 1e-8 of their variance in the
+// covariance is unexplained. Columns without variance are excluded.
 std::vector<Index> IndependentColumns(const MatrixXd& covariance) {
   const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd correlations = scale.asDiagonal() * covariance * scale.asDiagonal();
@@ -94,7 +94,7 @@ class Hotelling {
     SetLimits();
   }
 
-  // Whether there is a chart: units of the baseline that are left when it has been screened.
+  // Whether enough units of the baseline are left after screening for a chart.
   bool HasEnough() const { return units_.AreEnough(scatter_.count); }
   double Count() const { return scatter_.count; }
 
@@ -112,7 +112,7 @@ class Hotelling {
   }
 
  private:
-  // The baseline without units that are far from the others in all parameters together.
+  // Removes units of the baseline that are far from the others in all parameters together.
   void Screen() {
     for (int round = 0;; ++round) {
       scatter_ = RunningScatter(dimension_);
@@ -134,8 +134,8 @@ class Hotelling {
     }
   }
 
-  // A level that shifts is not normal: the units of a parameter's alarm never join, nor those
-  // before it that have not joined yet.
+  // A shifted level is out of control: the units of a parameter's alarm never join the baseline,
+  // nor those before it that have not joined yet.
   void LeaveOut(const ChartAlarm& shift) {
     if (shift.kind != ChartKind::kEwma) return;
     const auto place_of = [&](auto at) {
@@ -173,7 +173,7 @@ class Hotelling {
     if (scatter_.count >= kBaselineGrowth * count_) SetLimits();
   }
 
-  // That parameter which the others let expect least.
+  // The parameter whose value is least expected given the others.
   int MostOf(const VectorXd& deviation) const {
     const MatrixXd inverse = root_.Inverse();
     const VectorXd pull = inverse * deviation;
@@ -183,7 +183,7 @@ class Hotelling {
   }
 
   void Add(std::size_t k, ChartWriter* writer) {
-    // Centre and covariance are from the unit, too: variance 1 - 1/n; of others 1 + 1/n.
+    // Centre and covariance include an own unit: its variance is 1 - 1/n; that of others 1 + 1/n.
     const bool is_own = own_ && units_.good[k];
     const Limits& limits = is_own ? own_limits_ : later_limits_;
     const VectorXd deviation = units_.values[k] - centre_;
@@ -213,7 +213,7 @@ class Hotelling {
   Limits own_limits_, later_limits_;  // of the estimate's own units, and of others
 };
 
-// Units of the station with a value of every parameter.
+// The units of the station with a value of every parameter.
 TogetherUnits CompleteUnits(const LineData& data, const std::vector<ParameterValues>& parameters) {
   TogetherUnits together;
   std::set<int> baseline, bad;
@@ -247,7 +247,7 @@ TogetherUnits CompleteUnits(const LineData& data, const std::vector<ParameterVal
   return together;
 }
 
-// Leaves out what the others determine.
+// Removes parameters that the others determine.
 void LeaveOutDependent(const TogetherUnits& together,
                        std::vector<ParameterValues>* parameters,
                        StationCharts* station) {

@@ -42,7 +42,7 @@ double SecondsOf(const std::string& moment) {
       rest = end;
     }
     if (rest != nullptr && *rest != '\0') {
-      std::tm zone{};  // In which strptime keeps nothing else.
+      std::tm zone{};  // Receives only the offset from strptime.
       rest = strptime(rest, "%z", &zone);
       offset_s = zone.tm_gmtoff;
     }
@@ -51,7 +51,7 @@ double SecondsOf(const std::string& moment) {
   const int day = stated.tm_mday;
   stated.tm_isdst = 0;
   const auto seconds = static_cast<double>(timegm(&stated) - offset_s) + fraction;
-  // The 30th of February would be the 2nd of March.
+  // mktime would turn the 30th of February into the 2nd of March.
   return stated.tm_mday == day && seconds >= 0.0 ? seconds : kNotKnown;
 }
 

@@ -13,42 +13,42 @@ namespace truetriad::line {
 
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-/// Where a number lies with the stated confidence, half of the doubt on either side; NaN where
-/// nothing can be said, infinite where a side is open.
+/// A confidence interval with equal probability on both sides; NaN where it is unknown, infinite
+/// where a side is open.
 struct Interval {
   double lower = kNotKnown, upper = kNotKnown;
 };
 
-/// A number that was estimated.
+/// An estimated number with its interval.
 struct Estimate {
   double value = kNotKnown;
   Interval interval;
 };
 
-/// The share `count` of `all`, with the interval of Wilson (1927); NaN of none.
+/// The share `count` of `all`, with the interval of Wilson (1927); NaN if `all` is 0.
 Estimate ShareOf(int count, int all, double confidence = 0.95);
 
-/// One unit as the line's statistics see it: the run that counts.
+/// One unit in the line's statistics: its current run.
 struct UnitRecord {
   std::string serial = {}, run = {};
-  std::string recorded = {};  // when it was measured, ISO 8601, UTC; empty: not known
+  std::string recorded = {};  // time of measurement, ISO 8601, UTC; empty: unknown
   std::string code = {};      // why it is not good, as in the store
   std::map<std::string, std::string> tags = {};  // station, slot, fixture, operator, lot, ...
   Eigen::VectorXd values = {}, sigma = {};       // by LineData::parameters; NaN: not estimated
 };
 
-/// What a line has measured of its units, wherever it is kept.
+/// The measurements of a line's units, wherever they are stored.
 struct LineData {
   std::vector<std::string> parameters = {};  // without reference.*
   std::vector<UnitRecord> units = {};        // in the order in which they were measured
 };
 
-/// What a unit's tag says; empty where it says nothing.
+/// The value of a unit's tag; empty if the unit lacks it.
 const std::string& TagOf(const UnitRecord& unit, const std::string& name);
 
-/// Seconds since 1970 of an ISO 8601 moment: "2026-01-31" (its beginning), "2026-01-31T12:00",
-/// "2026-01-31 12:00:00.5", each with Z or an offset ("+01:00") behind the time, or in UTC; NaN of
-/// another text, or of one before 1970.
+/// Seconds since 1970 of a time in ISO 8601: "2026-01-31" (its beginning), "2026-01-31T12:00",
+/// "2026-01-31 12:00:00.5", each with Z or an offset ("+01:00") after the time, else in UTC; NaN
+/// for other texts and times before 1970.
 double SecondsOf(const std::string& moment);
 
 /// "2026-01-31T12:00:00Z".

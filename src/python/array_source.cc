@@ -57,7 +57,7 @@ Status SettleStream(const std::string& name, ArrayStream* stream) {
   return {};
 }
 
-/// Of a vector's bytes.
+/// Hash of the bytes of a vector.
 template <typename T>
 std::string HashOf(const std::vector<T>& values) {
   return Sha256Hex({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
@@ -86,7 +86,7 @@ class ArraySource : public SampleSource {
 
   Result<bool> Next(std::vector<SampleBlock>* blocks) override {
     blocks->clear();
-    // What all streams have before the one that lags most has filled a block.
+    // The time up to which all streams have samples when the slowest has filled a block.
     std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ArrayStream& stream = recording_->streams[k];
@@ -129,7 +129,7 @@ class ArraySource : public SampleSource {
   }
 
  private:
-  static constexpr std::size_t kBlockRows = 4096;
+  static constexpr std::size_t kBlockRows = 4096;  // A block takes about 100 kB.
 
   static std::int64_t TimeOf(const ArrayStream& stream, std::size_t i) {
     return stream.time_ns.empty() ? stream.row[i] : stream.time_ns[i];

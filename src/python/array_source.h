@@ -22,24 +22,24 @@ struct ArrayStream {
   std::vector<double> x, y, z;           ///< Raw.
   std::vector<double> temperature_degc;  ///< Empty, or as long as x; NaN where not known.
   std::vector<std::int32_t> pose;        ///< Empty, or as long as x.
-  std::vector<std::int64_t> row;         ///< Of the arrays that were given.
+  std::vector<std::int64_t> row;         ///< Index in the given arrays.
 
   std::size_t size() const { return x.size(); }
 };
 
 /// A recording in memory.
 struct ArrayRecording {
-  std::string name;  ///< Stands for the file in messages and results.
+  std::string name;  ///< The name used instead of a file's in messages and results.
   std::string serial;
   std::vector<ArrayStream> streams;  ///< At most one a triad.
   bool has_time = true;
 
   /// Drops rows without a reading. Error (bad input): no stream, streams with and without time, an
-  /// infinite reading, times that go back.
+  /// infinite reading, decreasing times.
   Status Settle();
 };
 
-/// Streams it once, from its beginning.
+/// A source that streams the recording once from its beginning.
 std::unique_ptr<SampleSource> OpenArrays(std::shared_ptr<const ArrayRecording> recording);
 
 }  // namespace truetriad::python

@@ -45,14 +45,14 @@ struct HeldSensor {
   Raise(Error(ErrorCode::kInvalidArgument, text));
 }
 
-/// A number, or a value a reading; null where there is nothing.
+/// A number, or one value for each reading; null if there is none.
 struct Column {
   const double* values = nullptr;
   std::size_t stride = 0;
   double operator[](std::size_t i) const { return values[stride * i]; }
 };
 
-/// None is no array.
+/// None gives no array.
 std::optional<Doubles> OptionalNumbers(const py::object& values, const std::string& what) {
   return values.is_none() ? std::nullopt : std::optional(NumbersOf(values, what));
 }
@@ -77,9 +77,9 @@ void CheckTemperature(const Doubles& temperature) {
                   " is infinite; expected degC, NaN where it is not known"));
 }
 
-/// Times that a filter runs along.
+/// Checks the times along which a filter runs.
 void CheckTime(const Doubles& time) {
-  constexpr double kLongest = 9.2e9;  // In ns it still is a 64-bit integer.
+  constexpr double kLongest = 9.2e9;  // 9.2e18 ns fit into 64 bits (2^63).
   const double* const values = time.data();
   for (py::ssize_t i = 0; i < time.size(); ++i) {
     if (!(std::abs(values[i]) < kLongest)) {
@@ -203,7 +203,7 @@ py::object SensorOf(const HeldCalibration& held, Triad triad) {
   return py::cast(HeldSensor{held.value, triad});
 }
 
-/// The text's first paragraphs: verdict and what was calibrated.
+/// The first paragraphs of the text: the verdict and what was calibrated.
 std::string HeadOf(const Calibration& calibration) {
   const std::string text = CalibrationText(calibration);
   const std::size_t first = text.find("\n\n");
@@ -211,7 +211,7 @@ std::string HeadOf(const Calibration& calibration) {
   return text.substr(0, second);
 }
 
-/// A calibration must not take the place of what it was made from.
+/// Saves the calibration; refuses to overwrite its input.
 void Save(const HeldCalibration& held, const std::filesystem::path& path) {
   for (const InputFile& input : held.value->inputs) {
     std::error_code other;
@@ -233,14 +233,14 @@ py::object OptionalText(const std::optional<std::string>& text) {
   return text ? py::object(Printable(*text)) : py::none();
 }
 
-/// What cannot change needs no copy.
+/// Copies of an immutable object are the object itself.
 template <typename Class>
 void BindCopies(Class& of) {
   of.def("__copy__", [](const py::object& self) { return self; });
   of.def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; });
 }
 
-/// From what PickleOf made.
+/// The calibration in the bytes of PickleOf.
 HeldCalibration Unpickled(const py::bytes& yaml) {
   return HeldCalibration(ValueOf(CalibrationFromYaml(std::string(yaml), "<pickle>")));
 }

@@ -22,9 +22,9 @@ void Raise(const Error& error) {
 
 ProgressCallback ProgressOf(const py::object& progress) {
   using Clock = std::chrono::steady_clock;
-  // The caller's frame holds the callable for as long as the work runs.
+  // The caller's frame holds a reference to the callable while the work runs.
   return [callable = progress.ptr(), next = Clock::now()](double share) mutable {
-    constexpr auto kPause = std::chrono::milliseconds(50);
+    constexpr auto kPause = std::chrono::milliseconds(50);  // 20 calls/s.
     const auto now = Clock::now();
     if (now < next) return;
     next = now + kPause;

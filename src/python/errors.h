@@ -15,19 +15,19 @@ namespace truetriad::python {
 /// Raises truetriad.Usage, BadInput or NotEnough, with code, message, file, line and column.
 [[noreturn]] void Raise(const Error& error);
 
-/// Of text that may hold the bytes of a file's name that are no UTF-8: these print as U+FFFD.
+/// Text that may hold a file name that is not UTF-8: invalid bytes become U+FFFD.
 inline pybind11::str Printable(const std::string& text) {
   return pybind11::reinterpret_steal<pybind11::str>(
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
 }
 
-/// The same as Python holds names of files, from which os.fsencode() makes the bytes again.
+/// The same in Python's representation of file names, from which os.fsencode() restores the bytes.
 inline pybind11::str NameOrText(const std::string& text) {
   return pybind11::reinterpret_steal<pybind11::str>(
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
 }
 
-/// The value; raises its error.
+/// Returns the value, or raises the error.
 template <typename T>
 T ValueOf(Result<T> result) {
   if (!result) Raise(result.error());
@@ -37,15 +37,15 @@ inline void Check(const Status& status) {
   if (!status) Raise(status.error());
 }
 
-/// Runs what takes long while other threads of Python go on.
+/// Runs `work` without the interpreter's lock, so that other Python threads continue.
 template <typename Work>
 auto WithoutGil(const Work& work) {
   const pybind11::gil_scoped_release released;
   return work();
 }
 
-/// Calls `progress`, None or a callable, with the share that is done, and looks for Ctrl-C: a few
-/// times a second, since taking the interpreter's lock costs. What either raises ends the work.
+/// Calls `progress`, None or a callable, with the share done, and checks for Ctrl-C. The lock is
+/// taken at most 20 times a second, since that is slow. An exception of either ends the work.
 ProgressCallback ProgressOf(const pybind11::object& progress);
 
 }  // namespace truetriad::python

@@ -6,7 +6,7 @@
 #include "truetriad/base/version.h"
 
 PYBIND11_MODULE(_truetriad, module) {
-  // What the library and the solver log is for developers, unless the process has set it up.
+  // Logs of the library and the solver are for developers, unless the process has set them up.
   if (!google::IsGoogleLoggingInitialized()) {
     FLAGS_logtostderr = true;
     FLAGS_minloglevel = google::GLOG_FATAL;

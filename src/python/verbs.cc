@@ -42,7 +42,7 @@ using Integers = py::array_t<std::int64_t, py::array::c_style | py::array::force
 using Recordings = std::vector<std::shared_ptr<ArrayRecording>>;
 using Texts = std::vector<std::string>;
 
-/// What a verb found: as text, as the command line's --json, and as a page.
+/// The result of a verb as text, as the command line's --json, and as a page.
 struct Answer {
   std::string text, json, html;
 };
@@ -51,7 +51,7 @@ Answer AnswerOf(const VerbReport& report, const Json& json) {
   return {report.text, TextOf(json), report.html};
 }
 
-/// An experiment or a scenario: a file, or a text in its place; neither: defaults.
+/// An experiment or a scenario as a file or as a text; neither: defaults.
 struct Document {
   std::optional<fs::path> path;
   std::optional<std::string> text;
@@ -67,7 +67,7 @@ void Append(const Doubles& from, std::size_t column, std::size_t columns, std::v
   for (std::size_t i = 0; i < count; ++i) (*to)[i] = static_cast<T>(values[i * columns + column]);
 }
 
-/// Adds one sensor. Arrays were checked to be as long as each other in Python.
+/// Adds one sensor. Python has checked that the arrays have the same length.
 void AddStream(ArrayRecording* recording,
                const std::string& sensor,
                const std::string& unit,
@@ -109,7 +109,7 @@ RecordingOpener OpenerOf(const Recordings& recordings) {
   };
 }
 
-/// What a verb reads: files, or recordings in memory.
+/// The input of a verb: files, or recordings in memory.
 struct Inputs {
   Inputs(Texts files, const Recordings& recordings)
       : names(std::move(files)), opener(OpenerOf(recordings)) {
@@ -120,7 +120,7 @@ struct Inputs {
   RecordingOpener opener;
 };
 
-/// Does the work of a verb with what tells of its progress; raises its error.
+/// Runs a verb with a progress callback; raises its error.
 template <typename Work>
 auto Run(const py::object& progress, const Work& work) {
   const ProgressCallback callback = ProgressOf(progress);
@@ -283,7 +283,7 @@ Result<ArrayRecording> ReadAll(SampleSource* source, const ProgressCallback& pro
   }
 }
 
-/// The arguments of Recording._add, as Python has them.
+/// The arguments of Recording._add as Python objects.
 py::tuple ArraysOf(const ArrayStream& stream) {
   const auto count = static_cast<py::ssize_t>(stream.size());
   Doubles readings({count, py::ssize_t{3}});
@@ -312,7 +312,7 @@ Result<Scenario> ReadStatedScenario(const Document& scenario) {
   return ReadScenarioText(*scenario.text, "<scenario>", scenario.overrides);
 }
 
-/// Serial, arrays of each sensor, truth.
+/// Returns serial, arrays of each sensor, and the truth.
 py::tuple SimulateVerb(const Document& document, int unit, const py::object& progress) {
   std::optional<Calibration> truth;
   const auto simulate = [&](const ProgressCallback& callback) -> Result<ArrayRecording> {
