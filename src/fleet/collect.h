@@ -9,28 +9,28 @@
 
 namespace truetriad::fleet {
 
-/// What has been brought together.
+/// The result of Collect.
 struct Collected {
   std::size_t runs = 0;   ///< In all sources.
-  std::size_t added = 0;  ///< Of them those that the store did not have.
+  std::size_t added = 0;  ///< Of them those that the store lacked.
   int shards = 1;
-  std::vector<int> missing;  ///< Shards that neither a source nor the store is of, nor any run.
-  /// Units that may leave with the readings of another that may, in words: `fleet run` sees those
-  /// of its own store alone.
+  std::vector<int> missing;  ///< Shards without a source, a store or a run.
+  /// Sentences about two units that may both be delivered although they have the same readings:
+  /// `fleet run` compares units only within its own store.
   std::vector<std::string> copies;
-  std::vector<std::string> unfinished;  ///< Sources that more may come of, or was cut off.
-  std::vector<std::string> notes;       ///< Of Agreement, of units that may not leave.
-  std::vector<std::string> unsafe;      ///< Of them those that are Agreement::IsUnsafe.
+  std::vector<std::string> unfinished;  ///< Sources that are not complete.
+  std::vector<std::string> notes;       ///< Of Agreement, on units that may not be delivered.
+  std::vector<std::string> unsafe;      ///< Units for which Agreement::IsUnsafe.
 };
 
-/// Adds all that is in `sources`, stores of any kind, to the store `target`: runs, decisions,
-/// checks of stations, and which run of a unit counts. What is there, by its name, stays as it is,
-/// so that it may be done again. Files of units beside `target` then agree with it (AgreeFolders).
-/// Where a source is spoilt, nothing of any is added. Errors (bad input): a source cannot be read,
-/// has what no run can be, with file and line, or is not finished (Store::CheckEnd), unless
-/// `takes_unfinished`; a run of one name has another content. (Usage): sources or store are of
-/// different numbers of shards, or count runs by different policies; a source is the store; the
-/// store is JSON lines, which cannot tell its runs.
+/// Adds the contents of `sources`, stores of any kind, to the store `target`: runs, decisions,
+/// checks of stations, and the retest policy. What the store has, by its name, stays unchanged, so
+/// the call may be repeated. Afterwards the files of units beside `target` are made to agree
+/// (AgreeFolders). If a source has an error, nothing of any source is added. Errors (bad input): a
+/// source cannot be read, has an invalid run (file and line are named) or is not finished
+/// (Store::CheckEnd), unless `takes_unfinished`; two runs of one name have different contents.
+/// (Usage): sources or store have different numbers of shards or retest policies; a source is the
+/// store; the store is JSON lines, which cannot look up its runs.
 Result<Collected> Collect(const std::vector<std::string>& sources,
                           const std::string& target,
                           bool takes_unfinished = false);

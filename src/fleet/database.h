@@ -21,26 +21,26 @@
 
 namespace truetriad::fleet {
 
-/// A connection to a database that has the tables of TablesSql: what SQLite and PostgreSQL do each
-/// in its way. All functions: an error (bad input) where it cannot be reached, read or written.
+/// A connection to a database with the tables of TablesSql, implemented for SQLite and for
+/// PostgreSQL. All functions: error (bad input) if it cannot be reached, read or written.
 class Database {
  public:
   virtual ~Database() = default;
 
-  /// For messages, without secrets.
+  /// Its name for messages, without secrets.
   virtual const std::string& name() const = 0;
-  /// How many rows one statement is to insert.
+  /// The number of rows that one statement should insert.
   virtual std::size_t rows_at_once() const = 0;
 
-  /// Does all of `work` or nothing of it; on the disk when it returns. `work` may be called several
-  /// times: a connection that is lost is opened anew. Not to be nested.
+  /// Does all of `work` or nothing of it; the result is on disk when it returns. `work` may be
+  /// called several times, since a lost connection is reopened. Calls must not be nested.
   virtual Status Transact(Access access, const std::function<Status()>& work) = 0;
-  /// How many rows a statement has inserted. In `work`.
+  /// Runs a statement and returns the number of inserted rows. Only in `work`.
   virtual Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) = 0;
-  /// What a statement says. In `work`.
+  /// Returns the rows of a query. Only in `work`.
   virtual Result<Table> Ask(std::string_view sql, std::span<const Value> values) = 0;
-  /// What a statement of somebody else says. Not in `work`. Error (usage): it is not understood,
-  /// not one, or would change something.
+  /// Returns the rows of a query that a user typed. Not in `work`. Error (usage): it is not valid
+  /// SQL, not one statement, or would change something.
   virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
   /// Store::AllowTypedText. Not in `work`.
   virtual Status AllowTypedText() { return {}; }
@@ -50,31 +50,31 @@ class Database {
 
 /// One file, with write-ahead log and `synchronous=FULL`. Errors as OpenStore.
 Result<std::unique_ptr<Database>> OpenSqlite(const std::string& path, Access access);
-/// One that nobody else sees, and that is gone with the object; `name`: for messages.
+/// A database that is private and deleted with the object; `name`: for messages.
 Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name);
 
-/// "NFS" of statfs' `f_type`: a file system on which SQLite's locks do not hold. Else empty.
+/// "NFS" for statfs' `f_type` of a network file system, where SQLite's locks fail; else empty.
 std::string_view NetworkFileSystemName(long magic);
 
-/// A PostgreSQL server, in the schema where its connection makes tables. A connection that is lost
-/// later on is opened anew, and what it was about repeated, for as many seconds as the environment
-/// variable TRUETRIAD_STORE_PATIENCE says, 60 if it does not. Errors as OpenStore.
+/// A PostgreSQL server, in the schema where its connection creates tables. A connection lost later
+/// is reopened and its transaction repeated, for as many seconds as the environment variable
+/// TRUETRIAD_STORE_PATIENCE states (60 by default). Errors as OpenStore.
 Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access);
 
-// What SQLite and PostgreSQL have in common: statements with $1, $2, … in their order.
+// Functions that SQLite and PostgreSQL share; statements have parameters $1, $2, … in order.
 
-/// Of all tables the rows of a run, in an order that references allow: the unit, the run, and what
-/// belongs to it, which is there where the run is. Valid as long as `run`.
+/// The rows of a run in all tables, in an order that satisfies references: the unit, the run, and
+/// its parts, which exist exactly if the run does. Valid as long as `run`.
 std::vector<TableRows> RowsOf(const UnitRun& run);
 TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
 
-/// Doubles from the digits of their bytes, the least significant first.
+/// Doubles from the hexadecimal digits of their bytes, the least significant byte first.
 std::vector<double> RealsFromHex(std::string_view digits);
-/// "0a1f…".
+/// Bytes as hexadecimal digits, "0a1f…".
 std::string HexOf(std::span<const unsigned char> bytes);
 
-/// Appends fields to a row; text is not owned.
+/// Appends fields to a row; the row does not own their text.
 struct RowWriter {
   std::vector<Value>* values;
 
@@ -90,17 +90,17 @@ struct RowWriter {
       values->push_back(std::isfinite(field) ? Value(field) : Value());
     } else if constexpr (std::is_same_v<Field, bool> || std::is_same_v<Field, std::int64_t>) {
       values->emplace_back(std::int64_t{field});
-    } else {  // Optional.
+    } else {  // The field is optional.
       values->push_back(field ? Value(*field) : Value());
     }
   }
 };
 
-/// Reads fields from the cells of a row, from `at` on; NULL leaves a field as it was.
+/// Reads fields from the cells of a row, beginning at `at`; NULL leaves a field unchanged.
 struct RowReader {
   std::span<const Cell> row;
   std::size_t at = 0;
-  std::string odd_verdict = {};  ///< A verdict that is none.
+  std::string odd_verdict = {};  ///< The first unknown verdict.
 
   template <typename Field>
   void operator()(std::string_view /*name*/, Field& field) {
@@ -127,7 +127,7 @@ struct RowReader {
   }
 };
 
-/// A thing from a row; of an odd verdict what it was made with.
+/// A struct from a row; an unknown verdict leaves the field's default.
 template <typename Thing>
 Thing FromRow(std::span<const Cell> row, std::size_t at = 0) {
   Thing thing{};
@@ -135,7 +135,7 @@ Thing FromRow(std::span<const Cell> row, std::size_t at = 0) {
   return thing;
 }
 
-/// "name, value, sigma"; with a table before each, where one is named.
+/// "name, value, sigma", each behind the table's name if `table` is given.
 template <typename Thing>
 std::string ColumnsOf(const std::string& table = "") {
   std::string columns;
@@ -152,18 +152,18 @@ std::string ColumnsOf(const std::string& table = "") {
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
-/// The columns of findings, which are the members of their JSON; `values` is JSON, too.
+/// The columns of findings, named like the members of their JSON; `values` is JSON, too.
 inline constexpr std::array<std::string_view, 9> kFindingColumns = {
     "code", "severity", "sensor", "axis", "pose", "text", "remedy", "values", "treatment"};
 inline constexpr std::string_view kFindingSelected =
     "code, severity, sensor, axis, pose, text, remedy, \"values\", treatment";
-/// The fact that is a store's identity.
+/// The fact that identifies a store.
 inline constexpr std::string_view kStoreFact = "store";
-/// Names of types where the two differ.
+/// Names of column types, which differ between the two.
 struct TypeNames {
   std::string_view text, real, bytes;
 };
-/// The statements that make the tables, indices and views.
+/// The statements that create tables, indices and views.
 std::string TablesSql(const TypeNames& types);
 
 }  // namespace truetriad::fleet

@@ -15,20 +15,18 @@
 
 namespace truetriad::fleet {
 
-// What a store keeps, once: Fields(visit, thing) calls visit(name, field) for each field of a
-// thing, in the order of its columns. The tables, their rows, lines of JSON and exports all follow
-// from it. A number that is not finite is not known, or a limit that is open: NULL in tables, null
-// in JSON.
+// What a store keeps: Fields(visit, thing) calls visit(name, field) for each field of a struct, in
+// the order of its columns. Tables, rows, lines of JSON and exports are all generated from it. A
+// non-finite number is unknown or an open limit: NULL in tables, null in JSON.
 
-/// The version of all that, of the tables and of lines of JSON. A store that has another one is
-/// refused.
+/// The version of the fields, tables and lines of JSON; stores of another version are rejected.
 inline constexpr int kSchemaVersion = 6;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
-/// Error (bad input): `found`, which the store `name` states, is another version; empty: it states
-/// none.
+/// Error (bad input): the version `found` in the store `name` is another one, or empty (none
+/// stated).
 Status CheckSchemaVersion(const std::string& name, const std::string& found);
 
-/// Of the table `run`; tags, inputs, readings, parameters, findings and judgements have their own.
+/// The table `run`; tags, inputs, readings, parameters, findings and judgements have others.
 void Fields(auto&& visit, Like<UnitRun> auto& run) {
   visit("run", run.id);
   visit("serial", run.serial);
@@ -107,7 +105,7 @@ void Fields(auto&& visit, Like<StationCheck> auto& check) {
   visit("repeatability", check.repeatability);
 }
 
-// What is asked of a store.
+// Selections for queries to a store.
 
 void Fields(auto&& visit, Like<Standing> auto& standing) {
   visit("run", standing.run);
@@ -122,13 +120,12 @@ void Fields(auto&& visit, Like<Standing> auto& standing) {
   visit("recorded_by", standing.recorded_by);
 }
 
-/// Every tag's name and value.
+/// Visits the name and value of every tag.
 void TagFields(auto&& visit, Like<Tags> auto& tags) {
   for (const TagKey& tag : kDeviceTags) visit(tag.key, tags.*tag.value);
   for (const TagKey& tag : kRunTags) visit(tag.key, tags.*tag.value);
 }
 
-/// Their names.
 inline std::vector<std::string_view> TagNames() {
   std::vector<std::string_view> names;
   const Tags none;
@@ -136,7 +133,7 @@ inline std::vector<std::string_view> TagNames() {
   return names;
 }
 
-/// A thing as an object of JSON.
+/// A struct as a JSON object.
 template <typename Thing>
 Json TreeOf(const Thing& thing) {
   Json json = Json::object();
@@ -159,8 +156,8 @@ Json TreeOf(const Thing& thing) {
   return json;
 }
 
-/// Fills a thing in from what TreeOf makes of it; null: as it was. An exception of the JSON
-/// library, or another that says what is wrong: it is none.
+/// Sets the fields of a struct from the JSON of TreeOf; null leaves a field unchanged. Throws an
+/// exception of the JSON library, or one with a message, if the JSON does not fit.
 template <typename Thing>
 void TakeTree(const Json& json, Thing* thing) {
   Fields(
@@ -192,11 +189,11 @@ Thing ThingFrom(const Json& json) {
   return thing;
 }
 
-/// JSON as a line. What is no UTF-8 becomes U+FFFD.
+/// JSON as one line. Invalid UTF-8 becomes U+FFFD.
 inline std::string LineOfJson(const Json& json) {
   return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }
-/// What `read` makes of a line's JSON. Error (bad input): its exception says why it is none.
+/// The result of `read` for a line's JSON. Error (bad input) with the message of its exception.
 template <typename Read>
 auto FromLine(std::string_view line, Read read) -> Result<decltype(read(Json()))> {
   try {

@@ -18,26 +18,26 @@
 
 namespace truetriad::fleet {
 
-/// How a fleet is calibrated.
+/// Options of a fleet run.
 struct FleetOptions {
   WorkPlan plan;
   int jobs = 1;
   UnitLimits limits;
-  bool resumes = false;  ///< Leaves out what has a run of the same log, experiment and program.
-  /// A store or a machine that fails is tried again, ever more rarely, until it works: for a watch
-  /// of days. Else that is an error.
+  bool resumes = false;  ///< Skips logs that have a run of the same log, experiment and program.
+  /// A failing store or machine is retried at growing intervals until it works, for a watch over
+  /// days. Otherwise a failure is an error.
   bool is_patient = false;
   std::vector<std::string> worker_command;
-  /// Asked before each unit, with the station that is stated for it alone, if one is: why it may
-  /// not be begun now; unset: it may. May be empty.
+  /// Called before each unit with the station stated for that unit alone, if any; returns the
+  /// reason why it may not start now, unset if it may. May be empty.
   std::function<Result<std::optional<std::string>>(const std::string& station)> hold;
 };
 
-/// How many units are good, each counted once however often it was measured.
+/// The number of good units; each counts once however often it was measured.
 struct Yield {
   std::size_t units = 0;
-  std::size_t first_good = 0;  ///< By their first run ever.
-  std::size_t final_good = 0;  ///< By the run that counts, or what somebody has decided.
+  std::size_t first_good = 0;  ///< Good by their first run.
+  std::size_t final_good = 0;  ///< Good by the current run or a person's decision.
 
   double FirstPercent() const { return Percent(first_good); }
   double FinalPercent() const { return Percent(final_good); }
@@ -48,128 +48,128 @@ struct Yield {
   }
 };
 
-/// What has become of it so far.
+/// The state of a fleet run.
 struct FleetProgress {
-  std::optional<std::size_t> units;   ///< To be calibrated, without those left out; unset: unknown.
-  std::size_t skipped = 0;            ///< Left out: their run is there.
-  std::set<std::string> skipped_red;  ///< Units of those, that were not run now and are not good.
+  std::optional<std::size_t> units;   ///< Units to calibrate without skipped ones; unset: unknown.
+  std::size_t skipped = 0;            ///< Units with a run already.
+  std::set<std::string> skipped_red;  ///< Skipped units that are not good and had no run now.
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
-  std::map<std::string, std::size_t> codes;  ///< Of red ones.
-  /// Of the others, how many have warnings, some of these units (as known_units), and how many
-  /// which.
+  std::map<std::string, std::size_t> codes;  ///< Number of red runs by code.
+  /// The other runs that have warnings, some of their units (chosen as known_units), and the number
+  /// of each warning.
   std::size_t warned = 0;
   std::set<std::string> warned_units;
   std::map<std::string, std::size_t> warnings;
-  Yield yield;  ///< Of these units.
-  /// Units of which another run than that of now, or a person, says whether they are good, and why:
-  /// "FAIL by R. Roe (bent)".
+  Yield yield;  ///< Of the units with runs now.
+  /// Units whose verdict is set by an earlier run or a person, with the reason: "FAIL by R. Roe
+  /// (bent)".
   std::map<std::string, std::string> overruled;
-  std::size_t held_back = 0;  ///< Runs of now that are good, of units that are not in the end.
-  /// Runs of recordings that had one in the store before, and some units of theirs: those that come
-  /// first by name, whichever worker is done first.
+  std::size_t held_back = 0;  ///< Good runs of units that are not good in the end.
+  /// Runs of recordings that already had a run in the store, and some of their units: the first by
+  /// name, so that the order of the workers does not matter.
   std::size_t known_recordings = 0;
   std::set<std::string> known_units;
-  std::set<std::string> unsafe;       ///< Units of which Agreement::IsUnsafe.
-  double seconds = 0.0, cpu_s = 0.0;  ///< The workers' processor time.
-  bool is_stopped = false;            ///< Before all were done.
-  std::string held;                   ///< Why units that had come wait, by FleetOptions::hold.
-  std::size_t left = 0;               ///< Logs that were seen and are not whole.
-  Findings warnings_said;             ///< Of FleetListener::on_warning.
+  std::set<std::string> unsafe;       ///< Units for which Agreement::IsUnsafe.
+  double seconds = 0.0, cpu_s = 0.0;  ///< cpu_s: processor time of the workers.
+  bool is_stopped = false;            ///< Stopped before all units were done.
+  std::string held;                   ///< Why units wait, from FleetOptions::hold.
+  std::size_t left = 0;               ///< Logs that were seen but are incomplete.
+  Findings warnings_said;             ///< The warnings of FleetListener::on_warning.
 
-  /// Runs of now that are not good, or whose unit is not in the end.
+  /// Runs that are not good, or whose unit is not good in the end.
   std::size_t NotGood() const { return red + held_back; }
-  /// Whether all runs are good, and all units in the end, those left out, too, and none is left.
+  /// Whether all runs and all units, skipped ones included, are good, and no log is left.
   bool IsGood() const {
     return red == 0 && yield.final_good == yield.units && skipped_red.empty() && left == 0;
   }
-  /// Units a second; 0 before the first.
+  /// Units per second; 0 before the first.
   double Rate() const { return seconds > 0.0 ? static_cast<double>(done) / seconds : 0.0; }
-  /// Until all are done at this rate, s; unset where that is not known.
+  /// Time until all units are done at this rate, s; unset if unknown.
   std::optional<double> SecondsLeft() const;
 };
 
-/// Who is told of it; each may be empty.
+/// Callbacks for progress; each may be empty.
 struct FleetListener {
-  std::function<void(const UnitRun&, const FleetProgress&)> on_run;  ///< Once it is in the store.
-  std::function<void(const std::string&)> on_note;     ///< How the work goes, one line.
-  std::function<void(const std::string&)> on_warning;  ///< What became of a unit, likewise.
+  std::function<void(const UnitRun&, const FleetProgress&)> on_run;  ///< The run is in the store.
+  std::function<void(const std::string&)> on_note;     ///< One line on the progress of the work.
+  std::function<void(const std::string&)> on_warning;  ///< One line on a unit.
 };
 
-/// A unit to be calibrated, or why it cannot be.
+/// A unit to calibrate, or the error why it cannot be calibrated.
 struct Arrival {
   UnitOrder order;
   std::optional<Error> refusal = {};
 };
 
-/// Where units come from.
+/// A source of units to calibrate.
 class OrderSource {
  public:
   virtual ~OrderSource() = default;
-  /// Looks for what has come; called several times a second. Error (bad input): it can no longer.
+  /// Looks for new units; called several times a second. Error (bad input): it cannot any more.
   virtual Status Look() { return {}; }
-  /// The next unit; unset: none for now.
+  /// Returns the next unit; unset: none at present.
   virtual std::optional<Arrival> Next() = 0;
-  /// There will not be another.
+  /// Whether there will be no further unit.
   virtual bool HasEnded() const = 0;
-  /// The run of a unit that was given is in the store.
+  /// The run of a returned unit is in the store.
   virtual void Finish(const UnitRun& /*run*/) {}
-  /// The run of a unit that was given came to nothing through no fault of its own; where the
-  /// options have patience.
+  /// The run of a returned unit failed for a reason outside the unit; called only if the options
+  /// are patient.
   virtual void Again(const UnitRun& /*run*/) {}
-  /// How many units were given and are not finished.
+  /// The number of returned units that are not finished.
   virtual std::size_t Given() const { return 0; }
-  /// Nothing has come for so long that no other unit will.
+  /// Whether no unit has come for so long that none is expected.
   virtual bool IsQuiet() const { return false; }
-  /// At the end, what people should know of units that were seen and not given: a line each.
+  /// At the end, one line for each problem with a log that was seen but not returned.
   virtual std::vector<std::string> Left() const { return {}; }
-  /// How many logs were not given since they have a run of before, and whether this is one.
+  /// The number of logs skipped because they have a run already, and whether `log` is one.
   virtual std::size_t Skipped() const { return 0; }
   virtual bool HasSkipped(const std::string& /*log*/) const { return false; }
 };
 
-/// What is watched, and how.
+/// Options of a watch.
 struct WatchOptions {
   std::string folder = {};
-  std::string without = {};         ///< A folder whose files are results, no logs; or empty.
+  std::string without = {};         ///< A folder of results to exclude; or empty.
   std::string serial_pattern = {};  ///< As ListUnits.
-  /// Between looks; unset: 1 s, or 5 s on a file system that does not say who writes to a file.
-  /// Looks take at most a twentieth of the time, however large the folder is.
+  /// Interval between looks; unset: 1 s, or 5 s on a file system that does not report writers.
+  /// Looks take at most 1/20 of the time, however large the folder is.
   std::optional<double> look_s = {};
-  /// Ends when nothing has happened for so long; what is still incomplete is given as it is.
+  /// Ends after so long without an event; logs that are still incomplete are returned as they are.
   std::optional<double> until_idle_s = {};
 };
 
-/// Logs of a folder and below as they arrive, and those that are there without a run; a log that
-/// arrives again changed is given again. Keeps in memory what waits and a few numbers of each log
-/// that is done.
+/// Returns the logs of a folder and its subfolders that have no run, and new logs as they arrive; a
+/// changed log is returned again. Memory holds the waiting logs and a few numbers for each finished
+/// one.
 ///
-/// A log is given when nobody writes to it and two looks have found it the same; a recording.yaml
-/// when the same is true of all files that it names. In a folder that has not given a table yet the
-/// whole folder must have stayed so, since a recording.yaml may follow.
+/// A log is returned when no process writes to it and two looks found it unchanged; a
+/// recording.yaml when the same holds for all files that it names. In a folder that has not
+/// returned a table yet the whole folder must be unchanged, since a recording.yaml may follow.
 /// Error (bad input): the folder or one below cannot be read. Error (usage): the serial pattern.
 Result<std::unique_ptr<OrderSource>> OpenLogWatch(WatchOptions options,
                                                   DoneLogs done,
                                                   std::function<void(const std::string&)> tell);
-/// Why no unit may be calibrated at a station, by the GoldenState of each of its golden units,
-/// where a check of `age_s` is overdue: one disagrees or is of a time to come, or none is good.
-/// Unset: it may. Error: of the store.
+/// Why no unit may be calibrated at a station, from the GoldenState of each of its golden units,
+/// with a check overdue after `age_s`: one disagrees or is dated in the future, or none is good.
+/// Unset: calibration may proceed. Error: of the store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);
 
-/// Calibrates `units`, each in one of `jobs` processes, and adds every run to `store` once its
-/// files are on the disk. Units of which one log has the readings of another's are refused, all of
-/// them: who of them was measured is not known. Where `is_stopped` says so no further unit is
-/// begun. Error (bad input): the store or the workers fail; what is done is in the store.
+/// Calibrates `units` in `jobs` processes, and adds every run to `store` after its files are on
+/// disk. Units whose logs have the same readings are all refused, since it is unknown which of them
+/// was measured. No further unit is started once `is_stopped` returns true. Error (bad input): the
+/// store or the workers fail; finished runs are in the store.
 Result<FleetProgress> RunFleet(std::vector<UnitOrder> units,
                                const FleetOptions& options,
                                Store& store,
                                const FleetListener& listener,
                                const std::function<bool()>& is_stopped);
 
-/// As RunFleet, of logs as they arrive in a folder; first those that are there and have no run by
-/// this experiment and program. Until `is_stopped`, or the options' idle time. Errors as
+/// As RunFleet for logs that arrive in a folder; first for those already there without a run of
+/// this experiment and program. Ends by `is_stopped` or the options' idle time. Errors as
 /// OpenLogWatch.
 Result<FleetProgress> WatchFleet(const WatchOptions& watched,
                                  const FleetOptions& options,

@@ -16,11 +16,11 @@
 
 namespace truetriad::fleet {
 
-// Runs as text: a first line that says what it is, then for each run LineOf(UnitRun), and what was
-// decided about it in lines behind its own; checks of stations anywhere. A last line says how many
-// of each are above it: without it something is missing. What is added later ends with another one.
+// Runs as text: a header line, for each run LineOf(UnitRun) followed by the decisions about it, and
+// checks of stations anywhere. A last line counts the lines above it; without it the file is
+// incomplete. Lines that are added later are followed by another one.
 
-/// What the first line says of the store that the runs are, or were, in:
+/// The header line states the store of the runs:
 /// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
 /// "retest_counts":"last"}
 std::string HeaderLine(const StoreHeader& header);
@@ -29,7 +29,7 @@ std::string HeaderLine(const StoreHeader& header);
 std::string LineOf(const Disposition& disposition);
 std::string LineOf(const StationCheck& check);
 
-/// How many lines of each kind a file has.
+/// The number of lines of each kind.
 struct LineCounts {
   std::size_t runs = 0, dispositions = 0, station_checks = 0;
 
@@ -38,62 +38,62 @@ struct LineCounts {
 /// {"end":{"runs":2,"dispositions":0,"station_checks":0}}
 std::string EndLine(const LineCounts& above);
 
-/// What a file has besides its runs.
+/// The contents of a file besides its runs.
 struct LinesRead {
-  StoreHeader header;  ///< Of 0 shards: there is none yet.
+  StoreHeader header;  ///< 0 shards: no header yet.
   Decisions decisions;
   LineCounts counts;
   bool is_ended = false;   ///< Its last line is an EndLine.
-  std::int64_t bytes = 0;  ///< Of whole lines.
+  std::int64_t bytes = 0;  ///< In complete lines.
 };
 
-/// What the first line of a file says; unset: it is no file of runs, or of another version.
+/// The header of a file; unset: it is not a file of runs, or of another version.
 std::optional<StoreHeader> HeaderOf(const std::string& path);
 
-/// `take`s every run of a file; a last line that has no end, left by a writer that was killed, is
-/// passed over. Error (bad input): the file cannot be read or is none of these, the file and line
-/// that is no run or decision, of other shards than the header says, or an end that counts other
-/// lines than are above it; and those of `take`.
+/// Calls `take` with every run of a file. A last line without an end, as left by a killed writer,
+/// is ignored. Error (bad input): the file cannot be read or is not a file of runs; a line (named)
+/// is no run or decision, belongs to other shards than the header, or counts other lines than those
+/// above it; errors of `take`.
 Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take);
 
-/// A file of runs that one process at a time writes. Each line is appended whole and flushed to the
-/// disk, so that it does on a network folder where shards write a file each.
+/// A file of runs that one process at a time writes. Each line is appended in one write and flushed
+/// to disk, so that it works on a network folder to which each shard writes its own file.
 class RunLines {
  public:
-  /// Opens the file, or makes it, and `take`s the runs that are there. What a writer that was
-  /// killed left of a line is taken away. Errors as ForEachLine; error (bad input): it cannot be
-  /// written, or another process is writing to it.
+  /// Opens or creates the file, and calls `take` with its runs. An incomplete line of a killed
+  /// writer is removed. Errors as ForEachLine; error (bad input): it cannot be written, or another
+  /// process writes to it.
   static Result<std::unique_ptr<RunLines>> Open(const std::string& path,
                                                 const std::function<Status(UnitRun)>& take);
   ~RunLines();
   RunLines(const RunLines&) = delete;
   RunLines& operator=(const RunLines&) = delete;
 
-  /// What the first line says, and what says whether there is one.
+  /// The header, whether there is one, and its writing.
   const StoreHeader& header() const { return read_.header; }
   bool HasBegun() const { return read_.header.shards.count > 0; }
   Status Begin(const StoreHeader& header);
   Status Add(const UnitRun& run);
-  /// Writes the EndLine, where lines have come since the last.
+  /// Writes the EndLine if lines were added since the last one.
   Status End();
 
  private:
   explicit RunLines(std::string path) : path_(std::move(path)) {}
   Status Lock();
-  /// On the disk when it returns; where that fails, nothing of it is there.
+  /// The text is on disk when it returns; after a failure nothing of it is in the file.
   Status Append(std::string_view text);
   Error Failure() const;
 
   std::string path_;
   int descriptor_ = -1;
   LinesRead read_;
-  bool is_cut_ = false;  ///< More than whole lines is there.
+  bool is_cut_ = false;  ///< The file ends with an incomplete line.
 };
 
-/// Error (bad input): a file of runs answers no questions.
+/// Error (bad input): a file of runs cannot be queried.
 Error NoQuestions(const std::string& path);
 
-/// The file that a URL names: jsonl:PATH, or NAME.jsonl. Unset: another kind of store.
+/// The file of a URL: jsonl:PATH or NAME.jsonl. Unset: another kind of store.
 std::optional<std::string> JsonLinesPath(const std::string& url);
 
 }  // namespace truetriad::fleet

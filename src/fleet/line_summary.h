@@ -19,18 +19,18 @@ namespace truetriad::fleet {
 /// Error (usage): `tag`, which `flag` states, is not the name of a tag.
 Status CheckIsTag(std::string_view flag, const std::string& tag);
 
-/// Column of `standing`: why a unit is not good, by its run or by who decided otherwise.
+/// Column of `standing`: why a unit is not good, by its run or by a person's decision.
 inline constexpr std::string_view kReason =
     "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
 
-/// A text in SQL, whatever is in it.
+/// A string literal of SQL for any text.
 std::string SqlText(std::string_view text);
-/// " FROM … WHERE …": what the condition `where` is true of in the table or view `source`, with a
-/// column for each tag. `where` is SQL over the columns of `standing` (of a run those of its unit)
-/// and the tags, each by its name; empty: all.
+/// " FROM … WHERE …" over the table or view `source` with a column for each tag. `where` is a
+/// condition in SQL on the columns of `standing` (for a run those of its unit) and the tags by
+/// their names; empty: all rows.
 std::string FromWhere(std::string_view source, const std::string& where);
 
-/// What became of a unit, beside the run that counts.
+/// The history of a unit besides its current run.
 struct UnitCourse {
   Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
   std::string first_station = {};  ///< Of its first run.
@@ -42,95 +42,93 @@ struct UnitCourse {
   bool IsGood() const { return !IsRed(final_verdict); }
 };
 
-/// A number of all units that have it: one that limits were set on, or a parameter, which has none.
+/// The values of a number for all units that have it: a number with limits, or a parameter without.
 struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
   std::string unit;  ///< "m/s^2"; empty: none, or that of the log.
   bool has_limits = false;
-  /// Those of the last unit; infinite: open. target: NaN where there is none.
+  /// The limits of the last unit; infinite: open. target: NaN if there is none.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double target = std::numeric_limits<double>::quiet_NaN();
-  int missed = 0;                 ///< Units that were outside.
-  int other_limits = 0;           ///< Units that were judged by other limits than the last.
-  std::vector<int> units;         ///< Places in LineData::units.
-  Eigen::VectorXd values, sigma;  ///< Of these.
+  int missed = 0;                 ///< Units outside the limits.
+  int other_limits = 0;           ///< Units with other limits than the last.
+  std::vector<int> units;         ///< Indices in LineData::units.
+  Eigen::VectorXd values, sigma;  ///< By `units`.
 };
 
-/// Units in the order in which they were measured.
+/// Units in the order of measurement.
 struct LineReading {
-  line::LineData data;                            ///< Each unit by the run that counts.
-  std::vector<UnitCourse> courses;                ///< Of data.units.
-  std::map<std::string, int> recordings_at = {};  ///< By station, of the runs that are asked for.
+  line::LineData data;                            ///< Each unit by its current run.
+  std::vector<UnitCourse> courses;                ///< By data.units.
+  std::map<std::string, int> recordings_at = {};  ///< By station, of the selected runs.
 
-  /// What limits were set on, by name, and a parameter by its place among the data's. Made when it
-  /// is asked for: all of them together need as much memory as the units.
+  /// The quantity of a limit by name, or of a parameter by index. Each is built when needed, since
+  /// all together take as much memory as the units.
   Quantity JudgedOf(const std::string& name) const;
   Quantity ParameterOf(std::size_t place) const;
-  /// Each unit by its first calibration at each station, whether it counts or not: with what was
-  /// only good the second time, or elsewhere, a station would look better than it is. `data` is
-  /// lost.
+  /// Each unit by its first calibration at each station, current or not: a station would look too
+  /// good if units that were good only at a second attempt or elsewhere counted. Consumes `data`.
   line::LineData TakeMeasured();
 
-  /// What a unit was judged by; target: NaN where there is none.
+  /// The limits of a judgement; target: NaN if there is none.
   struct Limits {
     double lower = 0.0, upper = 0.0, target = 0.0;
   };
   struct Judgement {
-    std::uint32_t unit = 0;    ///< Place in data.units.
-    std::uint32_t limits = 0;  ///< Place in `limits`, twice; one more where it is missed.
+    std::uint32_t unit = 0;    ///< Index in data.units.
+    std::uint32_t limits = 0;  ///< Twice the index in `limits`, plus 1 if missed.
     double value = 0.0, sigma = 0.0;
 
     bool IsMissed() const { return limits % 2 == 1; }
   };
   std::map<std::string, std::vector<Judgement>> judged;  ///< By name.
-  std::vector<Limits> limits;                            ///< Those that differ.
-  /// Places of those that TakeMeasured gives, in data.units or, behind those, in `others`.
+  std::vector<Limits> limits;                            ///< Each distinct set once.
+  /// Indices of the result of TakeMeasured in data.units, then in `others`.
   std::vector<std::uint32_t> measured;
   std::vector<line::UnitRecord> others;
 };
 
-/// The units of the store, each by the run that counts. Needs the memory of the numbers, not that
-/// of the store. Error: as Store::Query; usage: `where` is no condition.
+/// The units of the store, each by its current run. Memory holds their numbers, not the store.
+/// Error: as Store::Query; usage: `where` is not a valid condition.
 Result<LineReading> ReadUnits(Store& store, const std::string& where = {});
 
-/// All runs, whether they count or not, each as if it were a unit; none is measured.
+/// All runs, current or not, each as if it were a unit; `measured` is empty.
 Result<LineReading> ReadRuns(Store& store, const std::string& where);
 
 struct SummaryOptions {
-  std::string where = {};  ///< Of which units, as FromWhere; empty: all.
-  /// Which runs are a gauge study, likewise; empty: none is asked for. Parts are the serial
-  /// numbers, appraisers what the tag `study_by` says.
+  std::string where = {};  ///< Selects units, as FromWhere; empty: all.
+  /// Selects the runs of a gauge study, likewise; empty: no study. Parts are the serial numbers,
+  /// appraisers the values of the tag `study_by`.
   std::string study = {};
   std::string study_by = "operator";
   std::map<std::string, double> references =
-      {};                      ///< By quantity: what a study's one part is known as.
+      {};                      ///< By quantity: the known value of a study's one part.
   double golden_due_h = 24.0;  ///< Age at which a station's golden check is overdue.
   std::string now = {};        ///< ISO 8601, UTC.
   double confidence = 0.95;
   int baseline_units = 200;  ///< Of control charts, as ChartOptions.
-  int chart_points = 0;      ///< The last points of each control chart that are kept.
+  int chart_points = 0;      ///< The number of last points kept of each chart.
 };
 
-/// What a line's engineer asks of a store, in the order of asking: the tree "fleet-summary" of
-/// output.json, from which all that is shown of it is made. Yield counts a unit at the station of
-/// its first run: what failed at one and was good at another counts for the first. Numbers that are
-/// not known are NaN.
+/// The statistics of a line in the order of interest: the tree "fleet-summary" of output.json, from
+/// which all views are made. Yield counts a unit at the station of its first run, even if another
+/// station's run is good. Unknown numbers are NaN.
 ///
-/// Error: as ReadUnits; usage: a condition or tag that is none, or a reference is of no quantity;
-/// not enough: the runs of `study` make none, and what the first quantity lacks.
+/// Error: as ReadUnits; usage: an invalid condition or tag, or a reference for no quantity; not
+/// enough: the runs of `study` do not suffice, with what the first quantity lacks.
 Result<Json> Summarise(Store& store, const SummaryOptions& options);
 
-/// Its member "study". Errors likewise.
+/// The member "study" of that tree. Errors likewise.
 Result<Json> StudyOf(Store& store, const SummaryOptions& options);
 Json EstimateJson(const line::Estimate& estimate);
 
-/// For people, in a terminal.
+/// The summary as text for a terminal.
 std::string SummaryText(const Json& summary);
-/// The same tables for a page, but reasons, charts and studies, a list of {heading, header,
+/// The same tables for a page without reasons, charts and studies: a list of {heading, header,
 /// alignment ("lrr"), rows, notes}.
 Json SummaryTables(const Json& summary);
-/// A line a quantity and parameter.
+/// One line for each quantity and parameter.
 std::string SummaryCsv(const Json& summary);
 
 }  // namespace truetriad::fleet

@@ -11,8 +11,8 @@
 
 namespace truetriad::fleet {
 
-/// The functions of libpq that are used, by their names without PQ. It brings Kerberos, LDAP and
-/// more with it, which no other verb needs, so it is loaded when such a store is asked for.
+/// The functions of libpq in use, by their names without PQ. libpq loads Kerberos, LDAP and more,
+/// which no other verb needs, so it is loaded only for a PostgreSQL store.
 struct Libpq {
   decltype(&PQclear) clear;
   decltype(&PQcmdTuples) cmdTuples;
@@ -33,10 +33,10 @@ struct Libpq {
   decltype(&PQresultStatus) resultStatus;
   decltype(&PQstatus) status;
 };
-/// Error (usage): it is not installed.
+/// Error (usage): libpq is not installed.
 Result<const Libpq*> LoadedLibpq();
 
-/// As OpenPostgres of database.h, through `libpq`, which outlives it.
+/// OpenPostgres of database.h through `libpq`, which must outlive the result.
 Result<std::unique_ptr<Database>> OpenPostgres(const Libpq& libpq,
                                                const std::string& url,
                                                Access access,
