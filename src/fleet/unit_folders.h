@@ -12,37 +12,37 @@
 
 namespace truetriad::fleet {
 
-/// Makes the folder of a run's files, which counts as unfinished from now on, and as one of a run
-/// that goes into `store` (WorkPlan::StoreMark). Error (bad input): it cannot be made.
+/// Creates the folder of a run's files, marked as unfinished and with the `store` that the run goes
+/// into (WorkPlan::StoreMark). Error (bad input): it cannot be created.
 Status BeginFolder(const std::string& folder, const std::string& store);
-/// Removes it with all that it has, the mark of an unfinished one last: who is killed meanwhile
-/// leaves a folder that still counts as unfinished.
+/// Removes the folder and its files, the mark of an unfinished one last, so that an interrupted
+/// removal leaves a folder that still counts as unfinished.
 void RemoveFolder(const std::string& folder);
-/// The run of these files is in the store. Nothing, where there are none.
+/// Removes the mark once the run is in the store. Does nothing without a folder.
 void FinishFolder(const std::string& folder);
-/// Writes what a run found into its folder, all or nothing: the report, where it has one,
-/// calibration.json and calibration.yaml. Error (bad input): it cannot be written.
+/// Writes a run's result into its folder, all or nothing: the report, if any, calibration.json and
+/// calibration.yaml. Error (bad input): it cannot be written.
 Status WriteResult(const std::string& folder,
                    const Calibration& calibration,
                    const std::optional<std::string>& report);
-/// Gives a run's folder the `name` of its run. Nothing, where there is none. Error (bad input): it
-/// cannot be renamed.
+/// Renames a run's folder to the `name` of the run. Does nothing without a folder. Error (bad
+/// input): it cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
 
-/// A claim to a folder, given up with the object or the process.
+/// A lock on a folder, released with the object or the process.
 class FolderClaim {
  public:
-  /// Shares `units`, the folder of units' folders, with others that work there. Who is alone there
-  /// removes what was left unfinished since the last who was, of runs that were to go into `store`,
-  /// which is called `name` (WorkPlan::StoreMark), and are not there. Error (bad input): it cannot
-  /// be written to.
+  /// Shares `units`, the folder of units' folders, with other processes. A process that is alone
+  /// there first removes the unfinished folders changed since the last time, of runs for `store`
+  /// (named `name`, WorkPlan::StoreMark) that are not in it. Error (bad input): it cannot be
+  /// written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
-  /// For who leaves out what is done, which two at once would do twice: `folder`, or one shard's
-  /// part of it. Error (bad input): somebody else has it.
+  /// Exclusive lock for a process that skips finished units, since two at once would do them twice:
+  /// on `folder`, or one shard's part of it. Error (bad input): another process has it.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});
 
-  /// Waits for who has `folder`, whose files several may change. Nothing, where that is not
-  /// possible.
+  /// Waits for the lock on `folder`, whose files several processes may change. Holds nothing if
+  /// locking is not possible.
   static FolderClaim WaitFor(const std::string& folder);
 
   ~FolderClaim();
@@ -52,55 +52,57 @@ class FolderClaim {
  private:
   explicit FolderClaim(int file) : file_(file) {}
 
-  int file_;  ///< Locked.
+  int file_;  ///< The locked file.
 };
 
-/// A run whose files could not be told.
+/// A run whose files could not be changed.
 struct Unreached {
   Error error;
-  bool is_there = false;  ///< Its folder is.
+  bool is_there = false;  ///< Its folder exists.
 };
 
-/// What was done so that the files of a unit's runs state what the store says of the unit.
+/// The result of making the files of a unit's runs agree with the store.
 struct Agreement {
-  std::string why;                     ///< "run X counts, and is FAIL"; empty: it may leave.
+  std::string why;                     ///< "run X counts, and is FAIL"; empty: it may be delivered.
   std::vector<std::string> withdrawn;  ///< Exports, by their new names (WithdrawExports).
-  std::vector<Unreached> unreached;    ///< What could not be told.
+  std::vector<Unreached> unreached;    ///< Runs whose files still differ.
 
-  /// The unit may not leave, and calibrations of it say nothing of that.
+  /// The unit may not be delivered, but some of its calibrations do not state it.
   bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
-  /// What somebody must know, a sentence each.
+  /// Sentences for the user.
   std::vector<std::string> Notes(const std::string& serial) const;
 };
 
-/// Makes the calibration of each of a unit's runs state what the store decides about it: what a
-/// person decided, of a refusal all, of a concession the run that counts; where the run that counts
-/// is not good, that no other is. Exports that say otherwise are withdrawn. May be repeated, and
-/// called by several at once. Folders are where FolderOf finds them. Nothing, where the store does
-/// not know of standings. Error (bad input): the store cannot be asked.
+/// Makes the calibration of each of a unit's runs state the store's decisions: a refusal in all of
+/// them, a concession in the current run; if the current run is not good, the others state that the
+/// unit is not. Exports that disagree are withdrawn. May be repeated, also by several processes at
+/// once. Folders are found by FolderOf. Does nothing if the store knows no standings. Error (bad
+/// input): the store cannot be queried.
 Result<Agreement> AgreeFolders(Store& store,
                                const std::string& serial,
                                const std::filesystem::path& units);
 
-/// Where the files of a run are that were written to `folder`: SERIAL/RUN below `units`, which may
-/// have been moved or copied with its store, else `folder` as seen from here or from beside
-/// `units`. Where nothing is there, or `units` is empty: `folder` itself.
+/// The present folder of a run whose files were written to `folder`: SERIAL/RUN below `units`,
+/// which may have been moved or copied with its store, else `folder` relative to the working
+/// directory or to the parent of `units`. If nothing exists there, or `units` is empty: `folder`
+/// itself.
 std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
 
-/// What a store says of the unit of a run: whether that run counts, and the decisions that its
-/// files are to state.
+/// The store's standing of a run's unit: whether that run counts, and the decisions that its files
+/// must state.
 struct HeldByStore {
   Standing unit;
   bool counts = false;
   std::vector<Decision> decisions;
 };
-/// By the store beside the units, that has the run of `folder`; unset: there is none. The files say
-/// less where they could not be reached when it was decided, and more where another store knew
-/// more: what refuses the unit holds, and what a person decided last of a run that counts.
+/// From the store beside the units that has the run of `folder`; unset: there is none. The files
+/// may lack a decision if they could not be reached when it was made, and may have one that only
+/// another store knows: then a refusal of the unit holds, and for a run that counts the last
+/// decision.
 std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
                                           const Calibration& calibration);
 
-/// Where the folders of units are of a store that is a file; empty: it is kept by a server.
+/// The folder of units' folders of a store that is a file; empty: a server keeps the store.
 std::filesystem::path UnitsBeside(const std::string& store_url);
 
 }  // namespace truetriad::fleet

@@ -15,29 +15,29 @@
 
 namespace truetriad::fleet {
 
-/// What the reports of a fleet share, in WorkPlan::folder.
+/// The folder in WorkPlan::folder with the files that all reports share.
 inline constexpr std::string_view kSharedAssets = "assets";
 /// The same as seen from a run's folder, SERIAL/RUN.
 inline constexpr std::string_view kAssetsOfRun = "../../assets";
 
-/// What is wanted of every unit.
+/// The calibration that every unit gets.
 struct WorkPlan {
-  std::string config_path;  ///< For messages and paths in it; empty: no experiment is given.
-  std::string config_text;  ///< The experiment; empty: one for what is in each log.
+  std::string config_path;  ///< For messages and relative paths; empty: no experiment is given.
+  std::string config_text;  ///< The experiment; empty: one that fits the contents of each log.
   std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
-  Tags tags;                           ///< What experiment and overrides say of every unit.
+  Tags tags;                           ///< Of every unit, from experiment and overrides.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
-  bool allows_outside_limits = false;  ///< Units outside their limits are exported, too.
+  bool allows_outside_limits = false;  ///< Exports units outside their limits, too.
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
-  std::string folder;          ///< Units' folders are made in it; empty: no files are written.
-  /// Of the store that the runs go into: StoreHeader::store, and NameOfStore.
+  std::string folder;          ///< Parent of the units' folders; empty: no files are written.
+  /// Of the store for the runs: StoreHeader::store and NameOfStore.
   std::string store_identity, store_name;
   std::string shard;              ///< UnitRun::shard.
   std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: any.
 
-  /// By which that store is known: a copy of a store's file has the same identity, and runs of its
-  /// own.
+  /// The identity of that store: a copy of a store's file has the same store_identity, but its own
+  /// runs.
   std::string StoreMark() const { return store_identity + ' ' + store_name; }
 };
 
@@ -47,18 +47,18 @@ Status WriteSharedAssets(const std::string& folder);
 /// One unit to be calibrated.
 struct UnitOrder {
   std::string log;
-  std::string serial = {};       ///< Empty: the log says it, or the name of its file is taken.
-  std::string serial_from = {};  ///< "day.csv:3", "--serial=…": what states it.
+  std::string serial = {};       ///< Empty: as in the log, else the name of its file.
+  std::string serial_from = {};  ///< "day.csv:3", "--serial=…": the source.
   Tags tags = {};                ///< Stated for this unit alone.
-  std::string recorded = {};  ///< When it was measured, as UnitRun; empty: the list does not say.
-  std::string run = {};       ///< UnitRun::id, so that runs are named in the order of the list.
-  bool shares_name = false;   ///< Another log's file has the same name: that is no serial number.
-  /// By which shards tell units apart: where the log is in the folder or list that was named, so
-  /// however that is spelled and wherever it is mounted. Not for workers.
+  std::string recorded = {};     ///< Time of measurement, as UnitRun; empty: not listed.
+  std::string run = {};          ///< UnitRun::id, in the order of the list.
+  bool shares_name = false;      ///< Another log's file has the same name, which so is no serial.
+  /// By it shards are assigned: the log's position in the named folder or list, independent of
+  /// spelling and mount point. Not for workers.
   std::string place = {};
 };
 
-/// The serial number that the name of a log's file stands for: its folder's, of a recording.yaml.
+/// The serial number that the name of a log's file implies; for a recording.yaml its folder's name.
 std::string SerialOfName(const std::string& log);
 
 /// Reads the experiment. Error (bad input, usage): as ReadExperiment, or no such format.
@@ -66,21 +66,21 @@ Result<WorkPlan> PlanWork(const std::string& config,
                           std::vector<std::string> overrides,
                           std::vector<std::string> formats);
 
-/// What a plan says of every unit. Without an experiment, its overrides: of serial number and tags
-/// whatever sensors there are. Error (bad input, usage): as ReadExperiment; without an experiment,
-/// what is wrong with any sensors.
+/// The plan's settings for every unit. Without an experiment they are its overrides: serial number
+/// and tags for any sensors. Error (bad input, usage): as ReadExperiment; without an experiment, an
+/// error for any sensors.
 Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 
-/// Of what a plan asks for but its tags, however it is written: two equal ones give the same
+/// Digest of a plan without its tags, independent of its spelling: equal digests mean equal
 /// calibrations.
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
-/// What is known of a run before the unit is looked at: log, its size and time, serial and tags (of
-/// a recording.yaml those that it states, though it be wrong), identity.
+/// The data of a run that are known before calibration: log, its size and time, serial, tags (a
+/// recording.yaml's as stated, even if wrong), identity.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
-/// Calibrates one unit and writes its files; whatever becomes of it is in the run. `before` is
-/// called first, as part of it.
+/// Calibrates one unit and writes its files; any failure is in the run. `before` is called first
+/// and counts as part of the work.
 UnitRun Work(const WorkPlan& plan,
              const UnitOrder& order,
              void (*before)(const UnitOrder& order) = nullptr);
@@ -88,8 +88,8 @@ UnitRun Work(const WorkPlan& plan,
 /// `text` with %XX for each byte that is neither letter, digit nor `plain`.
 std::string PercentEncoded(std::string_view text, std::string_view plain);
 
-/// `serial` as the name of a folder: what is neither letter, digit, `-`, `_` nor an inner `.` as
-/// %XX, and a long one cut, with its hash.
+/// `serial` as a folder name: bytes other than letters, digits, `-`, `_` and inner `.` become %XX,
+/// and a long name is cut and gets its hash.
 std::string FolderNameOf(std::string_view serial);
 
 /// One line of JSON and back.
@@ -98,37 +98,37 @@ std::string LineOf(const UnitOrder& order);
 Result<WorkPlan> ReadPlan(std::string_view line);
 Result<UnitOrder> ReadOrder(std::string_view line);
 
-/// Calibrates one unit after the other in this process: reads a plan and then orders, lines of
-/// LineOf, from `stream` (a socket), and writes the line of each run to it, until there is no
-/// order. Signals that end the parent's work are ignored: it says when. The process' exit code.
+/// Calibrates units one after another in this process: reads a plan and then orders, lines of
+/// LineOf, from `stream` (a socket), and writes a line for each run to it, until the orders end.
+/// Signals to stop are ignored, since the parent decides. Returns the exit code of the process.
 int ServeAsWorker(int stream);
 
-/// What a unit may take.
+/// Resource limits of one unit.
 struct UnitLimits {
   double seconds = 120.0;
-  std::int64_t bytes = std::int64_t{2} << 30;  ///< Of address space of its worker.
+  std::int64_t bytes = std::int64_t{2} << 30;  ///< Address space of its worker.
 };
 
-/// Processes that calibrate units. One that dies of a unit, takes too long over it or needs too
-/// much memory costs that unit's run, which says so; another takes its place. One that has grown to
-/// half of what a unit may have is renewed.
+/// A pool of worker processes. A unit that crashes its worker, or exceeds its time or memory, gets
+/// a run that states it, and the worker is replaced. A worker that has grown to half of a unit's
+/// memory limit is replaced, too.
 class WorkerPool {
  public:
-  /// `command`: a program and its arguments that end in ServeAsWorker(kStream).
+  /// `command`: a program with arguments that calls ServeAsWorker(kStream).
   WorkerPool(std::vector<std::string> command, const WorkPlan& plan, int size, UnitLimits limits);
-  ~WorkerPool();  ///< Kills those that are at work.
+  ~WorkerPool();  ///< Kills busy workers.
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// Descriptor under which a worker finds its stream.
+  /// File descriptor of a worker's stream.
   static constexpr int kStream = 3;
 
   bool HasFree() const;
   bool IsBusy() const;
   /// Gives a unit to a free worker. Error (bad input): no process can be started.
   Status Give(UnitOrder order);
-  /// Runs that have ended, after at most `seconds` of waiting for one; a signal ends the wait.
-  /// Error (bad input): a worker that was given nothing cannot live.
+  /// Returns runs that have ended, after waiting at most `seconds`; a signal ends the wait. Error
+  /// (bad input): a worker without an order has died.
   Result<std::vector<UnitRun>> Wait(double seconds);
 
  private:
@@ -136,7 +136,7 @@ class WorkerPool {
 
   Status Start(Worker* worker);
   void End(Worker* worker);
-  /// Takes what a worker has written; the run, once it is whole or the worker is dead.
+  /// Reads a worker's output; returns the run when it is complete or the worker is dead.
   Result<std::optional<UnitRun>> Take(Worker* worker);
   bool HasGrown(const Worker& worker) const;
   UnitRun RunWithout(const Worker& worker, const char* code, std::string message) const;
@@ -144,7 +144,7 @@ class WorkerPool {
   std::vector<std::string> command_;
   WorkPlan plan_;
   UnitLimits limits_;
-  std::string last_run_;  ///< The name of the run that was begun last.
+  std::string last_run_;  ///< The name of the run started last.
   std::vector<std::unique_ptr<Worker>> workers_;
 };
 
