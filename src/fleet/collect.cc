@@ -30,31 +30,31 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is said so far of what is brought together.
+/// The state of a collection while sources are examined.
 struct Survey {
   Collected collected;
-  int shards = 0;       ///< 0: nobody says it.
-  std::string said_by;  ///< The source that says it.
+  int shards = 0;       ///< 0: not stated.
+  std::string said_by;  ///< The source that states it.
   std::set<int> present;
-  std::optional<RetestPolicy> policy;  ///< By which those with runs count; unset: there are none.
-  std::string counted_by;              ///< The source that does.
-  bool states_policy = false;          ///< One of them says it.
-  std::unordered_map<std::size_t, std::size_t> contents;  ///< Hashes, by those of runs' names.
-  std::map<std::string, std::string> decided;  ///< What decisions and checks say, by their names.
+  std::optional<RetestPolicy> policy;  ///< Of the sources with runs; unset: none.
+  std::string counted_by;              ///< The source that states it.
+  bool states_policy = false;          ///< A source states a policy.
+  std::unordered_map<std::size_t, std::size_t> contents;  ///< Content hashes by name hash.
+  std::map<std::string, std::string> decided;  ///< Contents of decisions and checks, by name.
   std::map<std::string, std::vector<Disposition>> dispositions;  ///< Of the sources, by their runs.
   std::vector<StationCheck> checks;
 };
 
-/// All of a run but its findings and its message, of which PostgreSQL may keep less (what is no
-/// UTF-8).
+/// The contents of a run without its findings and message, of which PostgreSQL may store less
+/// (invalid UTF-8).
 std::string ContentOf(UnitRun run) {
   run.findings.clear();
   run.message.clear();
   return LineOf(run);
 }
 
-/// All of a decision but its run: what is exported of the runs that count alone may name another of
-/// the unit.
+/// The contents of a decision without its run: an export of current runs only may name another run
+/// of the unit.
 std::string ContentOf(Disposition disposition) {
   disposition.run.clear();
   return LineOf(disposition);
@@ -66,13 +66,13 @@ Error OtherContent(const std::string& source, const std::string& what) {
                what + " is there with another content, too; one of the two was changed");
 }
 
-/// An error names the source, unless it says where it is itself.
+/// Adds the source to an error, unless it names a place itself.
 Status Placed(const Status& status, const std::string& source) {
   if (status || !status.error().place.file.empty()) return status;
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
 }
 
-/// Notes by which policy the runs of a store count. Error (usage): those before count by another.
+/// Records the policy of a store. Error (usage): an earlier source has another one.
 Status TakePolicy(const std::optional<RetestPolicy>& stated,
                   const std::string& name,
                   bool has_runs,
@@ -92,7 +92,7 @@ Status TakePolicy(const std::optional<RetestPolicy>& stated,
   return {};
 }
 
-/// Notes what a decision or check says. Error: another of this name says something else.
+/// Records a decision or check. Error: another one of this name differs.
 template <typename Thing>
 Status TakeDecided(const std::string& source,
                    const std::string& what,
@@ -138,7 +138,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   return {};
 }
 
-/// Error: a run of a store is none, or of no shard of the store's.
+/// Error: a run of a store is invalid, or of another shard count.
 Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::string name = "run " + run.id;
   if (const Status checked = CheckRun(run); !checked) {
@@ -151,7 +151,7 @@ Status CheckRunOfStore(const UnitRun& run, int shards) {
                    std::to_string(shards) + "; it has been changed by another program");
 }
 
-/// `take`s all runs of a source, whatever kind it is of.
+/// Calls `take` with all runs of a source of any kind.
 Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(UnitRun)>& take) {
   if (const std::optional<std::string> path = JsonLinesPath(url)) {
     InputGuard::Add(*path);
@@ -170,7 +170,7 @@ Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(
   return source;
 }
 
-/// Why a source may lack runs.
+/// The error for a source that may lack runs.
 Error Unfinished(const std::string& source, std::size_t runs) {
   return Error(ErrorCode::kDamagedFile,
                {source},
@@ -181,10 +181,10 @@ Error Unfinished(const std::string& source, std::size_t runs) {
                    "missing, or collect what is there with --unfinished");
 }
 
-/// ReadSource, many runs at a time. Errors name the source.
+/// ReadSource in batches of runs. Errors name the source.
 Result<LinesRead> ReadInParts(const std::string& name,
                               const std::function<Status(const std::vector<UnitRun>&)>& take) {
-  constexpr std::size_t kRunsAtOnce = 500;  // Some 10 MB, and half a second to add.
+  constexpr std::size_t kRunsAtOnce = 500;  // About 10 MB, added in half a second.
   std::vector<UnitRun> runs;
   Result<LinesRead> source = ReadSource(name, [&](UnitRun run) -> Status {
     runs.push_back(std::move(run));
@@ -198,7 +198,7 @@ Result<LinesRead> ReadInParts(const std::string& name,
   return source;
 }
 
-/// How many of a source's runs the store does not have. Error: it has one with another content.
+/// The number of a source's runs that the store lacks. Error: it has one with other contents.
 Result<std::size_t> NewRuns(const std::string& name,
                             const std::vector<UnitRun>& runs,
                             Store& store) {
@@ -219,7 +219,7 @@ Result<std::size_t> NewRuns(const std::string& name,
   return fresh.size();
 }
 
-/// Notes all of a source. Error: it cannot be added.
+/// Examines a source. Error: it cannot be added.
 Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey* survey) {
   Collected& collected = survey->collected;
   const std::size_t before = collected.runs;
@@ -264,14 +264,14 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
   return TakePolicy(source.header.policy, name, collected.runs > before, survey);
 }
 
-/// Adds the runs of a source, each with what was decided about it, in short transactions: a line
-/// that writes to the store waits for a moment.
+/// Adds the runs of a source with their decisions in short transactions, so that a line that writes
+/// to the store waits only briefly.
 Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   const auto add = [&](const std::vector<UnitRun>& runs) {
     std::size_t added = 0;
     const Status status = store.Together([&]() -> Status {
       TRUETRIAD_ASSIGN_OR_RETURN(added, NewRuns(name, runs, store));
-      TRUETRIAD_RETURN_IF_ERROR(store.AddAll(runs));  // Those that are there stay as they are.
+      TRUETRIAD_RETURN_IF_ERROR(store.AddAll(runs));  // Existing runs stay unchanged.
       Decisions decisions;
       for (const UnitRun& run : runs) {
         std::ranges::copy(survey->dispositions[run.id], std::back_inserter(decisions.dispositions));
@@ -288,7 +288,7 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
       source.error().message + "; what was added stays, and to collect again adds what is missing");
 }
 
-/// Of `count`, those that are not in `present`, nor the store has runs of.
+/// The shards of `count` that are neither in `present` nor have runs in the store.
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> shards,
                              store.QueryTexts("SELECT DISTINCT shard FROM run"));
@@ -302,13 +302,13 @@ Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> pr
   return missing;
 }
 
-/// By which limits units are judged that count, where these are several.
+/// Quantities for which current runs have different limits.
 constexpr std::string_view kOtherLimits =
     "SELECT DISTINCT name FROM (SELECT DISTINCT name, component, lower, upper FROM judgement "
     "JOIN standing ON standing.run = judgement.run) AS one GROUP BY name, component "
     "HAVING count(*) > 1 ORDER BY name";
 
-/// A station may have decided of a recording that another one measured again.
+/// Decisions about a recording that another station repeated, so that they no longer hold.
 constexpr std::string_view kDecisionsLifted =
     "SELECT standing.serial, made.verdict, made.who, made.why, standing.run "
     "FROM disposition AS made JOIN run ON run.run = made.run "
@@ -318,14 +318,14 @@ constexpr std::string_view kDecisionsLifted =
     "WHERE one.wrong_serial IS DISTINCT FROM 1 AND its.serial = standing.serial) ORDER BY "
     "standing.serial";
 
-/// Units that are good by another run than their last, which is not: it was measured before that.
+/// Units that are good by another run than their last one, which was measured before it.
 constexpr std::string_view kOverruled =
     "SELECT standing.serial FROM latest CROSS JOIN standing WHERE standing.serial = latest.serial "
     "AND latest.verdict IN ('FAIL', 'NO_RESULT') AND latest.run <> standing.run "
     "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
 
-/// Each shard, and each station, sees its own units alone. Runs that count and may leave, with the
-/// first of another unit's that is of all their readings, unless its serial number was wrong.
+/// Each shard and station sees only its own units. Current runs of deliverable units, with the
+/// first run of another unit that has all their readings, unless its serial was wrong.
 constexpr std::string_view kCopies =
     "SELECT own.serial, own.run, own.log, min(its.run), its.serial "
     "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
@@ -341,7 +341,7 @@ constexpr std::string_view kCopies =
     "AND same.digest = made_from.digest)) "
     "GROUP BY own.serial, own.run, own.log, its.serial ORDER BY own.run, min(its.run)";
 
-/// The files beside the store agree with it; notes what people should know of that.
+/// Makes the files beside the store agree with it and collects notes for the user.
 Status AgreeAll(const std::string& target, Collected* collected) {
   const auto text = [](const auto& row, std::size_t column) { return row[column].value_or(""); };
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store, OpenStore(target));
@@ -380,8 +380,8 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   return {};
 }
 
-/// Adds all sources to the store at `url`, which is called `target`, once each of them was looked
-/// at: nothing, where one cannot be added.
+/// Adds all sources to the store at `url`, shown as `target`, after examining each of them; if one
+/// cannot be added, nothing is.
 Result<Collected> AddAll(const std::vector<std::string>& sources,
                          const std::string& target,
                          const std::string& url,
@@ -413,8 +413,8 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   return std::move(collected);
 }
 
-/// The same of a file that is not there yet: it gets its name once all is in it, unless another has
-/// it by then.
+/// The same for a new file: it gets its name when it is complete, unless another file has that name
+/// by then.
 Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
                               const std::string& target,
                               const fs::path& file,
@@ -423,7 +423,7 @@ Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
   Result<Collected> collected =
       AddAll(sources, target, "sqlite:" + whole.string(), takes_unfinished);
   if (collected && renameat2(AT_FDCWD, whole.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) &&
-      link(whole.c_str(), file.c_str()) != 0) {  // Some file systems have one of the two.
+      link(whole.c_str(), file.c_str()) != 0) {  // A file system may support only one of the two.
     collected = Error(ErrorCode::kCannotWrite,
                       {file.string()},
                       std::string("cannot be made: ") + std::strerror(errno));

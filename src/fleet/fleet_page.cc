@@ -40,10 +40,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Points of a chart, the last ones: what a screen can show.
+/// The last points of a chart that are drawn: more do not fit on a screen.
 constexpr int kPointsOfChart = 400;
 
-/// Where the report of a run is.
+/// Finds the reports of runs.
 class Reports {
  public:
   Reports(const std::string& store, const std::string& page)
@@ -51,8 +51,8 @@ class Reports {
     if (!page_.has_filename()) page_ = page_.parent_path();
   }
 
-  /// Two parts of a link from the page's folder to a run's: to the units, and from there; empty:
-  /// there is no report.
+  /// A link from the page's folder to a report in two parts: to the units' folder, and from there;
+  /// empty: there is no report.
   std::pair<std::string, std::string> LinkTo(const std::string& folder) {
     if (folder.empty()) return {};
     const fs::path place = fs::absolute(FolderOf(folder, units_));
@@ -66,7 +66,7 @@ class Reports {
   }
 
  private:
-  /// Without links, so that the way from one to the other is the short one.
+  /// Without symbolic links, so that relative paths between folders are the shortest.
   const fs::path& Canonical(const fs::path& folder) {
     const auto [found, is_new] = canonical_.try_emplace(folder);
     if (is_new) found->second = CanonicalPath(folder);
@@ -77,7 +77,7 @@ class Reports {
   fs::path page_, units_;
 };
 
-/// A number of each item in digits of base 64 ("A" is 0), all of as many as the greatest needs.
+/// The numbers in digits of base 64 ("A" is 0), each with as many digits as the greatest needs.
 std::string Packed(const std::vector<std::uint32_t>& numbers) {
   constexpr std::string_view kDigits =
       "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -97,7 +97,7 @@ std::string Packed(const std::vector<std::uint32_t>& numbers) {
   return text;
 }
 
-/// A word of each run, the empty one where none is set; the list has each word once, sorted.
+/// One word for each run, empty if not set, as indices into a sorted list of distinct words.
 class WordColumn {
  public:
   void Set(std::size_t run, const std::string& word) {
@@ -116,22 +116,22 @@ class WordColumn {
       sorted[place] = static_cast<std::uint32_t>(words.size());
       words.push_back(word);
     }
-    // The empty word is the first of all.
+    // The empty word sorts first.
     for (std::uint32_t& place : of_) place = place == kUnset ? 0 : sorted[place];
     return {{"words", words}, {"of", Packed(of_)}};
   }
 
  private:
-  static constexpr auto kUnset = static_cast<std::uint32_t>(-1);
+  static constexpr auto kUnset = static_cast<std::uint32_t>(-1);  // No index.
   std::map<std::string, std::uint32_t> places_;
   std::vector<std::uint32_t> of_;
 };
 
-/// A moment of each run, in whole seconds.
+/// A time for each run, in whole seconds.
 class MomentColumn {
  public:
   void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
-  /// 0: it is not known, 1: it is `from`.
+  /// 0 means unknown, 1 means `from`, in seconds.
   Json ToJson() const {
     double from = line::kNotKnown;
     for (const double one : seconds_) from = std::fmin(from, one);
@@ -147,8 +147,8 @@ class MomentColumn {
   std::vector<double> seconds_;
 };
 
-/// A number of each run that has it, with as many digits as the page shows: the first 30 bits of a
-/// float have a precision of 2⁻²².
+/// A number for each run that has one, as the first 30 bits of a float: rounding errors are at most
+/// 2⁻²² of it, below the digits shown.
 class NumberColumn {
  public:
   void Set(std::size_t run, double value) {
@@ -159,7 +159,7 @@ class NumberColumn {
     values_.resize(runs, kNone);
     std::vector<std::uint32_t> numbers;
     for (const float value : values_) {
-      constexpr std::uint32_t kHalf = 2;  // Of the two bits that go.
+      constexpr std::uint32_t kHalf = 2;  // Half a unit of the last bit kept.
       numbers.push_back(std::isfinite(value) ? (std::bit_cast<std::uint32_t>(value) + kHalf) >> 2U
                                              : std::bit_cast<std::uint32_t>(kNone) >> 2U);
     }
@@ -171,20 +171,20 @@ class NumberColumn {
   std::vector<float> values_;
 };
 
-/// A unit of the page.
+/// A unit on the page.
 struct PageUnit {
-  std::string serial, run;  ///< run: that counts.
+  std::string serial, run;  ///< run: the current one.
   std::string verdict, code, first_verdict;
-  bool is_decided = false;               ///< A decision holds.
-  std::uint32_t runs = 0, counting = 0;  ///< Its runs, and before which that counts.
+  bool is_decided = false;               ///< A decision is in force.
+  std::uint32_t runs = 0, counting = 0;  ///< Number of runs; index of the current.
 };
 
-/// A parameter, or what units were judged by: then with limits.
+/// A parameter, or a quantity with limits.
 struct PageColumn {
   std::string name;
   bool is_judged = false;
   NumberColumn values = {};
-  WordColumn sigmas = {};  ///< With two digits.
+  WordColumn sigmas = {};  ///< Rounded to two digits.
   WordColumn limits = {};  ///< "[lower,target,upper,inside]"; null: open.
 };
 
@@ -193,7 +193,7 @@ bool IsGood(const std::string& verdict) {
   return known && !IsRed(*known);
 }
 
-/// The units that are selected, and all their runs.
+/// The selected units and all their runs.
 class PageData {
  public:
   PageData(Store& store, const FleetPageOptions& options)
@@ -225,7 +225,7 @@ class PageData {
     return summary;
   }
 
-  /// The data of the page's scripts, with what `line` says.
+  /// The text of data.js, including the statistics `line`.
   std::string Script(Json line) {
     Json data = {{"serials", Json::array()}};
     std::vector<std::uint32_t> runs, counting;
@@ -284,8 +284,8 @@ class PageData {
     return {};
   }
 
-  /// Each by its run, with what has become of it: nothing, "later" (another decision), or the run
-  /// by which it is lifted.
+  /// Reads decisions by run, each with its end: none, "later" (another decision), or the run that
+  /// lifted it.
   Status ReadDecisions() {
     TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> given_up,
@@ -314,7 +314,7 @@ class PageData {
     return columns_[found->second];
   }
 
-  /// The runs of a unit, in the order in which they were measured.
+  /// Adds the runs of a unit, which are in the order of measurement.
   void TakeUnit(std::vector<UnitRun>* runs) {
     const auto found = places_.find(runs->front().serial);
     if (found != places_.end()) {
@@ -362,7 +362,7 @@ class PageData {
     for (const LimitCheck& check : run.judgements) {
       PageColumn& column = ColumnOf(check.FullName(), true);
       set(&column, check.worst, check.sigma);
-      // "within ± 0.5" is "at most 0.5" of what is never negative.
+      // For a quantity that is never negative "within ± 0.5" means "at most 0.5".
       const Result<LimitName> name = ParseLimitName(check.FullName());
       const bool is_open = name && name->IsNeverNegative() && !(check.limit.lower > 0.0);
       const auto side = [](double limit) { return std::isfinite(limit) ? Json(limit) : Json(); };
@@ -378,10 +378,10 @@ class PageData {
   std::string where_;
   Reports reports_;
   std::vector<PageUnit> units_;                          ///< By serial number.
-  std::unordered_map<std::string, std::size_t> places_;  ///< Of the units.
+  std::unordered_map<std::string, std::size_t> places_;  ///< Index in units_ by serial.
   std::unordered_map<std::string, Json> decided_;        ///< By run.
-  Json decided_runs_ = Json::object();                   ///< By its number.
-  std::size_t runs_ = 0;                                 ///< So many have been taken.
+  Json decided_runs_ = Json::object();                   ///< By the run's index.
+  std::size_t runs_ = 0;                                 ///< Runs added so far.
   MomentColumn recorded_, created_;
   Json reports_of_ = Json::array();          ///< By run.
   std::map<std::string, WordColumn> words_;  ///< Other columns of runs.
@@ -391,18 +391,18 @@ class PageData {
   std::size_t links_ = 0;
 };
 
-/// What the line's statistics say of the units that `where` lets through, as of the last of them or
-/// of the stations' checks.
+/// The line's statistics for the units selected by `where`, at the time of the last unit or station
+/// check.
 Result<Json> LineJson(Store& store, const std::string& where) {
   SummaryOptions options{.where = where, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table last,
       store.Query("SELECT max(created) FROM (SELECT created" + FromWhere("standing", where) +
                   " UNION ALL SELECT created FROM station_check) AS either"));
-  // A station's clock may be ahead.
+  // The clock of a station may be ahead.
   options.now = std::min(last.rows[0][0].value_or(""), TimestampUtc());
   TRUETRIAD_ASSIGN_OR_RETURN(Json summary, Summarise(store, options));
-  // Six digits are a pixel of any screen.
+  // Six digits resolve a pixel of any screen.
   const auto rounded = [](const Json& value) {
     const double number = value.get<double>();
     return std::isfinite(number) ? Json(std::strtod(Significant(number, 6).c_str(), nullptr))
@@ -421,10 +421,10 @@ Result<Json> LineJson(Store& store, const std::string& where) {
   return Json({{"tables", SummaryTables(summary)}, {"charts", std::move(summary["charts"])}});
 }
 
-/// By which the index of such a page is known.
+/// Marks the index of such a page.
 constexpr std::string_view kDataScript = "<script defer src=\"data.js\"></script>";
 
-/// Error (bad input): the index of something else is there.
+/// Error (bad input): the index belongs to something else.
 Status CheckIndex(const std::string& index) {
   std::error_code failure;
   if (!fs::exists(index, failure)) return {};
@@ -490,7 +490,7 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
     return (fs::path(options.folder) / name).string();
   };
   TRUETRIAD_RETURN_IF_ERROR(CheckIndex(path("index.html")));
-  // First, so that its memory is free again for what the page is made of.
+  // This comes first, so that its memory is free before the page is built.
   TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
   PageData data(store, options);
   TRUETRIAD_RETURN_IF_ERROR(data.Read());

@@ -75,7 +75,7 @@ std::optional<double> FleetProgress::SecondsLeft() const {
 
 namespace {
 
-/// The log of a run has the readings of another unit's.
+/// The error for a run whose log has the readings of another unit's.
 Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy) {
   return Error(ErrorCode::kOtherDevice,
                {run.log},
@@ -84,7 +84,7 @@ Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy
                    "`: a copy of it, or one serial number is wrong; " + remedy);
 }
 
-/// As a shell takes it for one word.
+/// The text quoted as one word for a shell.
 std::string ShellWord(const std::string& text) {
   const bool is_plain = std::ranges::all_of(text, [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) ||
@@ -96,7 +96,7 @@ std::string ShellWord(const std::string& text) {
   return quoted + '\'';
 }
 
-/// What somebody types to decide about a unit in the store of the plan.
+/// The command for a decision about a unit in the store of the plan.
 std::string DisposeCommand(const std::string& serial,
                            const WorkPlan& plan,
                            const std::string& decision) {
@@ -105,7 +105,7 @@ std::string DisposeCommand(const std::string& serial,
          " --who=NAME " + decision + '`';
 }
 
-/// What releases the readings of `other` for `run`.
+/// The command or advice that releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
   return std::string("measure this unit, or, where that one's number was wrong, ") +
@@ -117,15 +117,15 @@ std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& p
          " and run this log again";
 }
 
-/// Keeps those that come first by name, whichever worker is done first.
+/// Keeps the first names in order, so that the order of the workers does not matter.
 void NameSome(const std::string& serial, std::set<std::string>* some) {
-  constexpr std::size_t kMostNamed = 3;
+  constexpr std::size_t kMostNamed = 3;  // More fill a line.
   some->insert(serial);
   if (some->size() > kMostNamed) some->erase(std::prev(some->end()));
 }
 
-/// Calibrates units of a source in processes, and adds every run to a store once its files are on
-/// the disk.
+/// Calibrates units of a source in worker processes, and adds every run to a store after its files
+/// are on disk.
 class FleetEngine {
  public:
   FleetEngine(const FleetOptions& options,
@@ -140,11 +140,11 @@ class FleetEngine {
         listener_(std::move(listener)),
         workers_(options.worker_command, options.plan, options.jobs, options.limits) {}
 
-  /// Until the source has ended, or `is_stopped` says so and the units in hand are done.
-  /// `progress`: what is known before. Error (bad input): the store or the workers fail and the
-  /// options have no patience; what is done is in the store.
+  /// Runs until the source has ended, or `is_stopped` is true and started units are done.
+  /// `progress`: the initial state. Error (bad input): the store or the workers fail and the
+  /// options are not patient; finished runs are in the store.
   Result<FleetProgress> Run(FleetProgress progress, const std::function<bool()>& is_stopped) {
-    constexpr double kLookS = 0.2;
+    constexpr double kLookS = 0.2;  // Longest delay before a new log or a stop is noticed.
     progress_ = std::move(progress);
     store_->TellNotes([this](const std::string& note) { Tell(note); });
     const auto no_longer = [](Store* store) { store->TellNotes({}); };
@@ -163,14 +163,14 @@ class FleetEngine {
       const bool is_done = is_ending || (source_->HasEnded() && !next_ && ended_.empty());
       if (!workers_.IsBusy() && is_done) break;
       TRUETRIAD_ASSIGN_OR_RETURN(std::vector<UnitRun> runs, workers_.Wait(kLookS));
-      // First something to do for those that are free, then what they have done.
+      // Free workers get units before results are stored.
       if (!is_stopped()) TRUETRIAD_RETURN_IF_ERROR(GiveWork());
       const Status taken = Take(std::move(runs));
       count_time();
       TRUETRIAD_RETURN_IF_ERROR(Keep());
       TRUETRIAD_RETURN_IF_ERROR(taken);
     }
-    if (!ended_.empty()) {  // The store has failed, and this is the last time to try.
+    if (!ended_.empty()) {  // The store has failed; this is the last attempt.
       store_retry_ = Retry();
       TRUETRIAD_RETURN_IF_ERROR(Keep());
       if (!ended_.empty()) {
@@ -195,9 +195,9 @@ class FleetEngine {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// When something that failed is tried again.
+  /// The time of the next attempt after a failure.
   struct Retry {
-    double wait_s = 0.0;  ///< 0: it has not failed.
+    double wait_s = 0.0;  ///< 0: no failure.
     Clock::time_point at;
     std::string why;
 
@@ -205,7 +205,7 @@ class FleetEngine {
   };
 
   Status GiveWork() {
-    // While runs wait for the store there are no more of them.
+    // While runs wait for the store, no unit is started.
     while (ended_.empty() && workers_.HasFree() && worker_retry_.IsDue() && disk_retry_.IsDue()) {
       if (!next_) next_ = source_->Next();
       if (!next_) return {};
@@ -226,7 +226,7 @@ class FleetEngine {
     return {};
   }
 
-  /// Why no unit may be begun, is told once.
+  /// Whether a unit may start; the reason against it is reported once.
   Result<bool> MayBegin() {
     if (!options_.hold) return true;
     if (!hold_retry_.IsDue()) return false;
@@ -246,7 +246,7 @@ class FleetEngine {
     return false;
   }
 
-  /// Takes runs that have ended, but for those whose files this machine could not write.
+  /// Queues finished runs for the store, except those whose files could not be written here.
   Status Take(std::vector<UnitRun> runs) {
     Status status;
     for (UnitRun& run : runs) {
@@ -255,7 +255,7 @@ class FleetEngine {
         ended_.push_back(std::move(run));
         continue;
       }
-      // A full disk says nothing about the unit.
+      // A full disk is no fault of the unit, so the unit is returned to the source.
       const Error error(ErrorCode::kCannotWrite, run.message);
       if (const Status failed = Failed(error, &disk_retry_); !failed) status = failed;
       source_->Again(run);
@@ -263,7 +263,7 @@ class FleetEngine {
     return status;
   }
 
-  /// Adds runs that wait for it to the store.
+  /// Adds queued runs to the store.
   Status Keep() {
     while (!ended_.empty() && store_retry_.IsDue()) {
       UnitRun& run = ended_.front();
@@ -305,14 +305,14 @@ class FleetEngine {
     if (listener_.on_run) listener_.on_run(run, progress_);
   }
 
-  /// Adds a run to the store, with a later name where the clock has gone back since the last one of
-  /// its unit or log. What its unit amounted to before.
+  /// Adds a run to the store, with a later name if the clock has gone back since the last run of
+  /// its unit or log. Returns the unit's standing before.
   Result<std::optional<Standing>> Add(UnitRun* run) {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
-    // Of two at the same time the one that was begun first may well end last. What was decided
-    // meanwhile was decided without it.
+    // Of two concurrent runs the one started first may finish last. A decision made meanwhile was
+    // made without this run, which so gets a later name.
     const bool is_decided = before && !before->disposed_by.empty();
     if (run->id < latest && (is_decided || NewRunId() < latest)) {
       const std::string id = NewRunIdAfter(latest);
@@ -323,7 +323,7 @@ class FleetEngine {
     return before;
   }
 
-  /// Makes a run of a log that is another unit's over again one that is refused, without files.
+  /// Replaces a run with the readings of another unit by a refused run without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> other, store_->RunOfSameReadings(*run));
@@ -339,10 +339,10 @@ class FleetEngine {
     return {};
   }
 
-  /// Of the run's unit, as the store has it now; `before`: as Add.
+  /// Updates the yield with the present standing of the run's unit; `before`: as Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before) {
     const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
-    if (!standing || !*standing) return;  // It cannot say.
+    if (!standing || !*standing) return;  // The store fails.
     const Standing& unit = **standing;
     const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
     if (!before) WarnOfLetters(run.serial);
@@ -390,7 +390,7 @@ class FleetEngine {
     }
   }
 
-  /// Says by which other limits, or experiment, a unit is good now that missed limits before.
+  /// Warns that a unit missed limits before and is good now by other limits or another experiment.
   void WarnOfLimits(const UnitRun& run, const Standing& before, const Standing& unit) {
     const bool was_red = before.disposed_by.empty() && IsRed(before.final_verdict);
     if (!was_red || !unit.disposed_by.empty() || IsRed(unit.final_verdict)) return;
@@ -427,7 +427,7 @@ class FleetEngine {
          "; was that meant?");
   }
 
-  /// Says why a refusal stands, though another recording than it was about counts now.
+  /// Explains why a refusal stands although another recording is current.
   void WarnOfRefusal(const UnitRun& run,
                      const std::optional<Standing>& before,
                      const Standing& unit,
@@ -445,22 +445,22 @@ class FleetEngine {
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
-  /// AgreeFolders of all units held back: folders were away, or a process was killed, when that was
-  /// to be said. Error: the store cannot say which they are.
+  /// AgreeFolders for all units held back whose files could not be changed before, since a folder
+  /// was missing or a process was killed. Error: the store cannot list them.
   Status MakeUpForEarlier() {
     if (options_.plan.folder.empty()) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
     for (const std::string& serial : held_back) {
       Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
-      if (!agreed) continue;  // The store is silent: the next start asks again.
-      // What is not there is on another machine, or was put away.
+      if (!agreed) continue;  // The store fails; the next start repeats it.
+      // A missing folder is on another machine or has been archived.
       std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
       for (const std::string& note : agreed->Notes(serial)) Warn(note);
     }
     return {};
   }
 
-  /// AgreeFolders, and tells of it.
+  /// AgreeFolders with messages.
   void AgreeInFolders(const std::string& serial) {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
@@ -473,9 +473,9 @@ class FleetEngine {
     if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
   }
 
-  /// Notes a failure, to be tried again later; or returns it.
+  /// Schedules another attempt after a failure, or returns the error.
   Status Failed(const Error& error, Retry* retry) const {
-    constexpr double kFirstS = 1.0, kMostS = 60.0;
+    constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
     if (retry->wait_s == 0.0) Tell(error.message + "; it is tried again until it works");
     retry->why = error.message;
@@ -484,7 +484,7 @@ class FleetEngine {
     return {};
   }
 
-  /// Names a unit of the store that a new one may have been meant to be.
+  /// Warns of a unit whose serial number differs only in upper or lower case from a new one.
   void WarnOfLetters(const std::string& serial) {
     const Result<std::string> other = store_->UnitOfOtherLetters(serial);
     if (!other || other->empty()) return;
@@ -507,21 +507,21 @@ class FleetEngine {
   Store* store_;
   FleetListener listener_;
   WorkerPool workers_;
-  std::optional<Arrival> next_;  ///< Taken from the source and not begun yet.
-  std::deque<UnitRun> ended_;    ///< Not in the store yet.
+  std::optional<Arrival> next_;  ///< Taken from the source, not started.
+  std::deque<UnitRun> ended_;    ///< Not yet in the store.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
-  bool is_held_ = false;             ///< Units wait by FleetOptions::hold, not for the store,
-  bool is_waiting_in_vain_ = false;  ///< and nothing else will come.
+  bool is_held_ = false;             ///< Units wait because of FleetOptions::hold,
+  bool is_waiting_in_vain_ = false;  ///< and no other unit is expected.
   FleetProgress progress_;
-  /// What is known of a unit that has runs of now.
+  /// The state of a unit with runs in this session.
   struct UnitSoFar {
-    bool is_good = false;       ///< In the end, as the store has it.
-    std::size_t good_runs = 0;  ///< Of now.
+    bool is_good = false;       ///< By its present standing.
+    std::size_t good_runs = 0;  ///< Of this session.
   };
   std::unordered_map<std::size_t, UnitSoFar> units_;  ///< By the serial number's hash.
 };
 
-/// Units that are known beforehand, in their order.
+/// Units known from the start, in their order.
 class ListedUnits : public OrderSource {
  public:
   explicit ListedUnits(std::vector<Arrival> units) : units_(std::move(units)) {}
@@ -537,8 +537,8 @@ class ListedUnits : public OrderSource {
   std::size_t next_ = 0;
 };
 
-/// Groups of `units`, by their places, whose logs have the same readings; of each sensor the first
-/// `most` or all.
+/// Groups of `units` by index whose logs have the same readings; compares the first `most` of each
+/// sensor, or all.
 std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>& units,
                                                      const std::vector<std::size_t>& places,
                                                      std::optional<std::int64_t> most,
@@ -550,13 +550,13 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
       try {
         const auto readings = ReadingsOf(units[places[i]].order.log, most);
         if (readings) recordings[i] = RecordingOf(*readings);
-      } catch (const std::exception&) {  // What cannot be read a worker will refuse.
+      } catch (const std::exception&) {  // A worker will refuse an unreadable log.
       }
     }
   };
   std::vector<std::jthread> readers;
   for (int job = 0; job < jobs; ++job) readers.emplace_back(read);
-  readers.clear();  // Once all is read.
+  readers.clear();  // Waits for all readers.
   std::map<std::string, std::vector<std::size_t>> by_recording;
   for (std::size_t i = 0; i < places.size(); ++i) {
     if (!recordings[i].empty()) by_recording[recordings[i]].push_back(places[i]);
@@ -568,12 +568,12 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units, of which those are refused, all of them, that have the readings of another one. But
-/// of a log whose serial number was wrong the readings are the other's. Error: of the store.
+/// The units; all those with the readings of another unit are refused, except that a log whose
+/// serial number was wrong does not count as a unit. Error: of the store.
 Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
                                            Store& store,
                                            std::vector<UnitOrder> orders) {
-  // So many are read in a millisecond, and of two recordings hardly the same.
+  // Reading so many takes a millisecond, and different recordings hardly agree in all of them.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
   std::vector<std::size_t> all;
@@ -604,7 +604,7 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
   return units;
 }
 
-/// Notes which units are not good of whose logs some were left out.
+/// Records the units that are not good among the skipped logs.
 Status NameLeftOut(Store& store, const auto& is_left_out, FleetProgress* progress) {
   if (progress->skipped == 0) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> not_good, store.LogsOfUnitsNotGood());
@@ -660,7 +660,7 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
   TRUETRIAD_ASSIGN_OR_RETURN(
       FleetProgress progress,
       FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped));
-  // A watch ends when it is told to.
+  // A watch has no other end than a stop.
   TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
   progress.skipped = source->Skipped();
   TRUETRIAD_RETURN_IF_ERROR(NameLeftOut(

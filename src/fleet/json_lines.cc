@@ -29,7 +29,7 @@ void Fields(auto&& visit, Like<LineCounts> auto& counts) {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/runs";
-constexpr std::size_t kLongestHeader = 4096;  // Bytes; that of today has some 50.
+constexpr std::size_t kLongestHeader = 4096;  // Bytes; today's header has below 300.
 
 Error NoHeader(const std::string& path) {
   return Error(
@@ -52,7 +52,7 @@ Result<std::ifstream> Opened(const std::string& path) {
   return file;
 }
 
-/// Error (bad input): none of these files begins so, or it has another version.
+/// Error (bad input): the line is not such a header, or of another version.
 Result<StoreHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
@@ -74,12 +74,12 @@ Result<StoreHeader> ReadHeaderLine(const std::string& path, std::string_view lin
         is_policy) {
       return stated;
     }
-  } catch (const std::exception&) {  // What is stated is of another type, or has no such name.
+  } catch (const std::exception&) {  // A field has another type or is missing.
   }
   return NoHeader(path);
 }
 
-/// The first line with its end; empty: there is none, or what a writer that was killed left of it.
+/// The first line with its end; empty: there is none, or a killed writer left it incomplete.
 Result<std::string> FirstLine(std::ifstream* file, const std::string& path) {
   std::string text(kLongestHeader, '\0');
   file->read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -111,10 +111,10 @@ std::string TextOf(const LineCounts& counts) {
          " decisions and " + std::to_string(counts.station_checks) + " checks of stations";
 }
 
-/// Reads the lines of a file behind its first.
+/// Reads the lines after the header.
 class LinesReader {
  public:
-  /// The run of a line; unset: it says something else.
+  /// Returns the run of a line; unset: the line has other contents.
   Result<std::optional<UnitRun>> Take(const std::string& line) {
     read_.is_ended = false;
     UnitRun run;
@@ -130,7 +130,7 @@ class LinesReader {
         return Kept(Keep(ThingFrom<StationCheck>(json["station_check"])));
       }
       run = UnitRunFrom(json);
-    } catch (const std::exception& failure) {  // The JSON reader's, or UnitRunFrom's own.
+    } catch (const std::exception& failure) {  // Of the JSON reader, or of UnitRunFrom.
       return Error(ErrorCode::kWrongFormat,
                    std::string("is no line of a fleet's run: ") + failure.what());
     }
@@ -172,7 +172,7 @@ class LinesReader {
   }
 
   LinesRead read_;
-  std::unordered_set<std::size_t> runs_;  ///< Their names' hashes.
+  std::unordered_set<std::size_t> runs_;  ///< Hashes of their names.
 };
 
 }  // namespace
@@ -217,14 +217,14 @@ Result<LinesRead> ForEachLine(const std::string& path, const std::function<Statu
   TRUETRIAD_ASSIGN_OR_RETURN(read.header, ReadHeaderLine(path, first));
   read.bytes = std::ssize(first);
   std::string line;
-  // At the end of the file, a line has no end of its own.
+  // At the end of the file an incomplete line has no newline.
   for (std::int64_t number = 2; std::getline(file, line) && !file.eof(); ++number) {
     Result<std::optional<UnitRun>> run = reader.Take(line);
     if (!run) return Error(run.error().code, {path, number}, run.error().message);
     read.bytes += std::ssize(line) + 1;
     if (*run) TRUETRIAD_RETURN_IF_ERROR(take(**std::move(run)));
   }
-  // What a writer that was killed left of a line.
+  // An incomplete line of a killed writer.
   if (!line.empty()) read.is_ended = false;
   if (file.bad()) return Unreadable(path);
   return std::move(read);
@@ -252,7 +252,7 @@ Status RunLines::Lock() {
                  {path_},
                  "another run is writing to it; wait for its end, or give each a file of its own");
   }
-  // A network folder that has no locks: nobody else is told to write to this file.
+  // A network folder without locks: then writers are not protected from each other.
   const bool has_no_locks = errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS;
   return has_no_locks ? Status() : Failure();
 }

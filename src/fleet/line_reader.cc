@@ -39,7 +39,7 @@ std::string FromWhere(std::string_view source, const std::string& where) {
     from += ", (SELECT value FROM tag WHERE tag.run = source.run AND tag.name = '" + name +
             "') AS \"" + name + '"';
   }
-  // A run has the columns of its unit's standing beside its own.
+  // A run has its own columns and those of its unit's standing.
   const std::string own = ", " + ColumnsOf<UnitRun>() + ",";
   const auto add_of_unit = [&](const std::string& name, const auto&) {
     if (source != kRunTable || own.find(", " + name + ",") != std::string::npos) return;
@@ -49,13 +49,13 @@ std::string FromWhere(std::string_view source, const std::string& where) {
   const Standing none;
   Fields(add_of_unit, none);
   from.append(" FROM ").append(source).append(" AS source) AS tagged WHERE ");
-  // On a line of its own, so that a comment ends with it.
+  // The condition has its own line, so that a comment in it ends there.
   return from + (where.empty() ? "TRUE" : "(" + where + "\n)");
 }
 
 namespace {
 
-/// Puts runs together, in the order of time.
+/// Collects runs in the order of time.
 class LineReader {
  public:
   explicit LineReader(std::vector<std::string> parameters) {
@@ -63,7 +63,7 @@ class LineReader {
     reading_.data.parameters = std::move(parameters);
   }
 
-  /// `code`: why the run, or its unit, is not good.
+  /// `code`: why the run or its unit is not good.
   void Take(const UnitRun& run,
             const std::string& code,
             UnitCourse course,
@@ -104,7 +104,7 @@ class LineReader {
 
   LineReading Finish() {
     std::ranges::sort(records_, [](const Record& one, const Record& other) {
-      // Units of one second come in the order of their serial numbers.
+      // Units of the same second are ordered by serial number.
       const bool is_same = one.unit.recorded == other.unit.recorded;
       if (is_same && one.unit.recorded.empty()) return one.unit.run < other.unit.run;
       return std::tie(one.unit.recorded, one.unit.serial, one.unit.run) <
@@ -131,7 +131,7 @@ class LineReader {
   struct Record {
     line::UnitRecord unit;
     UnitCourse course;
-    std::uint32_t number;  ///< In the order in which they came.
+    std::uint32_t number;  ///< In the order of arrival.
     bool counts, is_measured;
   };
 
@@ -147,13 +147,13 @@ class LineReader {
 
   LineReading reading_;
   std::vector<Record> records_;
-  std::uint32_t counting_ = 0;  ///< Of them those that count.
+  std::uint32_t counting_ = 0;  ///< The number of current runs.
   std::map<std::tuple<double, double, std::optional<double>>, std::uint32_t> limits_;
-  std::unordered_map<std::string, std::size_t> place_of_;  ///< Of parameters.
+  std::unordered_map<std::string, std::size_t> place_of_;  ///< Indices of parameters.
 };
 
-/// The first run of each of what `partition` tells apart, of those that `condition` is true of; of
-/// a log whose time a later list has corrected, the run with that.
+/// The first run of each group by `partition`, among those for which `condition` is true; for a log
+/// whose time a later list corrected, the run with that time.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
@@ -167,7 +167,7 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          "1";
 }
 
-/// Names of the parameters of the runs that `where` is true of, in their order.
+/// Names of the parameters of the selected runs, sorted.
 Result<std::vector<std::string>> ParametersOf(Store& store, const std::string& where) {
   return store.QueryTexts(
       "SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT run" +
@@ -215,7 +215,7 @@ Quantity LineReading::JudgedOf(const std::string& name) const {
   quantity.lower = last.lower, quantity.upper = last.upper, quantity.target = last.target;
   if (const Result<LimitName> parsed = ParseLimitName(name)) {
     quantity.unit = parsed->Unit();
-    // "within ± 0.5" is "at most 0.5" of what is never negative.
+    // For a quantity that is never negative "within ± 0.5" means "at most 0.5".
     if (parsed->IsNeverNegative() && quantity.lower <= 0.0) {
       quantity.lower = -std::numeric_limits<double>::infinity();
     }

@@ -63,8 +63,8 @@ Json ToJson(const line::Type1Study& study) {
           {"repeatability_share", study.repeatability_share}};
 }
 
-/// In the unit of the study's values. Of a name that a limit and a parameter have it is the
-/// limit's, which is in true units.
+/// The stated reference in the unit of the study's values. If a limit and a parameter share a name,
+/// it is the limit's, which is in true units.
 double ReferenceOf(const Quantity& quantity,
                    const LineReading& runs,
                    const SummaryOptions& options) {
@@ -73,7 +73,7 @@ double ReferenceOf(const Quantity& quantity,
   return reference == options.references.end() || is_of_limit ? line::kNotKnown : reference->second;
 }
 
-/// What one quantity of the runs says.
+/// The study of one quantity of the runs.
 Json StudyOf(const Quantity& quantity, const LineReading& runs, const SummaryOptions& options) {
   const std::vector<line::UnitRecord>& all = runs.data.units;
   const bool is_of_one_part = std::ranges::all_of(
@@ -110,7 +110,7 @@ Json StudyOf(const Quantity& quantity, const LineReading& runs, const SummaryOpt
   return study;
 }
 
-/// Of what has limits, then of the parameters that vary.
+/// Studies of the quantities with limits, then of the parameters that vary.
 Json StudiesOf(const LineReading& runs, const SummaryOptions& options) {
   Json studies = Json::array();
   for (const auto& [name, checks] : runs.judged) {
@@ -143,9 +143,9 @@ Error SameRecording(const std::string& one, const std::string& other, const std:
                    of + "); measure each unit anew, or leave one out with --study");
 }
 
-/// A recording that is calibrated twice has no repeatability to show.
+/// Error: one recording calibrated twice, which shows no repeatability.
 Status CheckAreDifferent(Store& store, const std::string& study) {
-  std::unordered_map<std::string, std::string> run_of;  // by what was read of a sensor
+  std::unordered_map<std::string, std::string> run_of;  // by the readings of a sensor
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
       store.Query("SELECT digest, reading.run, serial, log FROM reading JOIN (SELECT run, serial, "

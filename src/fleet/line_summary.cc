@@ -38,7 +38,7 @@ struct YieldCount {
   }
 };
 
-/// By what the tag says; empty: no unit has it.
+/// Yield by the value of the tag; empty if no unit has it.
 Json CountsByTag(const LineReading& line, const std::string& tag) {
   std::map<std::string, YieldCount> counts;
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
@@ -46,7 +46,7 @@ Json CountsByTag(const LineReading& line, const std::string& tag) {
     counts[tag == "station" ? course.first_station : line::TagOf(line.data.units[i], tag)].Add(
         course);
   }
-  // A station has measured what it has measured, of whatever units.
+  // A station counts its recordings, of whatever units.
   if (tag == "station") {
     for (auto& [station, count] : counts) count.runs = 0;
     for (const auto& [station, recordings] : line.recordings_at) counts[station].runs = recordings;
@@ -79,7 +79,7 @@ Json YieldOf(const LineReading& line, double confidence) {
     const Json counts = CountsByTag(line, tag);
     if (!counts.empty()) json["by_tag"][tag] = counts;
   }
-  // Units without a time come first.
+  // Units of unknown time come first.
   const int unknown = recorded_by.contains("") ? recorded_by.at("") : 0;
   std::string first, last;
   if (unknown < all.units) {
@@ -92,13 +92,13 @@ Json YieldOf(const LineReading& line, double confidence) {
   for (const auto& [by, units] : recorded_by) {
     json["recorded_by"][by.empty() ? "nothing" : by] = units;
   }
-  // A line that was seen for less than an hour shows no units an hour.
+  // Below one hour of data the rate is not meaningful.
   const double hours = (line::SecondsOf(last) - line::SecondsOf(first)) / 3600.0;
   json["units_per_hour"] = hours >= 1.0 ? (all.units - unknown - 1) / hours : line::kNotKnown;
   return json;
 }
 
-/// Why units are not good, most frequent first, with shares of those that are not.
+/// Reasons why units are not good, most frequent first, with their shares of those units.
 Json ReasonsOf(const LineReading& line) {
   std::map<std::string, int> counts;
   int all = 0;
@@ -164,7 +164,7 @@ Json CapabilityOf(const Quantity& quantity, double confidence) {
   return json;
 }
 
-/// Indices of the reports become names and serial numbers; null: of all parameters together.
+/// Converts indices of the report to names and serial numbers; null: all parameters together.
 Json ChartsJson(const line::LineData& measured, const line::ChartReport& report) {
   const auto name_of = [&](int parameter) {
     return parameter < 0 ? Json() : Json(measured.parameters[static_cast<std::size_t>(parameter)]);
@@ -227,8 +227,7 @@ std::string_view NameOf(GoldenState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// The checks that count of each station's golden units, and what each of these says of the
-/// station.
+/// The valid checks of each station's golden units, and the state that each implies.
 Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks, store.StationChecks());
   std::map<std::pair<std::string, std::string>, std::vector<StationCheck>> by_unit;

@@ -18,9 +18,9 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Rows of a table that a terminal shows; the rest is in JSON and CSV.
+/// Rows of a table in a terminal; JSON and CSV have all.
 constexpr std::size_t kMostRows = 12;
-/// Below this p, what was assumed is doubted.
+/// A p below this puts an assumption in doubt.
 constexpr double kDoubt = 0.01;
 
 /// A heading, a table and sentences below it.
@@ -30,7 +30,7 @@ struct Section {
   std::vector<std::string> notes = {};
 };
 
-/// A column of a table: where its value is in the tree of a row, and how people read it.
+/// A column of a table: the path of its value in a row's tree, and its format.
 struct TextColumn {
   std::string header;
   char alignment;
@@ -41,7 +41,7 @@ struct TextColumn {
 using Trees = Json::array_t;
 const Trees& ListIn(const Json& json) { return json.get_ref<const Trees&>(); }
 
-/// A row for each of `list`.
+/// A table with a row for each item of `list`.
 truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& columns) {
   truetriad::Table table;
   for (const TextColumn& column : columns) {
@@ -51,13 +51,13 @@ truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& colum
   for (const Json& item : list) {
     std::vector<std::string>& row = table.rows.emplace_back();
     for (const TextColumn& column : columns) {
-      row.push_back(column.text(item.at(Json::json_pointer(column.place))));  // Throws its name.
+      row.push_back(column.text(item.at(Json::json_pointer(column.place))));  // Or throws its name.
     }
   }
   return table;
 }
 
-/// NaN: it is not known.
+/// NaN if the value is unknown.
 double Number(const Json& value) {
   return value.is_number() ? value.get<double>() : line::kNotKnown;
 }
@@ -73,7 +73,7 @@ std::string Digits(const Json& value) {
   return Significant(Number(value), kDigits);
 }
 
-/// `text` of what is known and no open side; of anything else nothing.
+/// `text` of a known, finite value; empty for others.
 template <std::string (*text)(const Json&)>
 std::string Known(const Json& value) {
   return std::isfinite(Number(value)) ? text(value) : "";
@@ -84,20 +84,20 @@ std::string Index(const Json& value) {
   return std::isnan(index) ? "" : index > 99.0 ? "> 99" : Fixed(index, 2);
 }
 
-/// "1.21…1.45".
+/// An interval, "1.21…1.45".
 std::string Range(const Json& estimate) {
   const Json& lower = estimate["lower"];
   return std::isnan(Number(lower)) ? "" : Index(lower) + "…" + Index(estimate["upper"]);
 }
 
-/// "97.3 % (96.5 to 97.9 %)".
+/// A share and its interval, "97.3 % (96.5 to 97.9 %)".
 std::string ShareAndRange(const Json& estimate) {
   if (std::isnan(Number(estimate["value"]))) return "n/a";
   return Share(estimate["value"]) + " (" + Significant(100.0 * Number(estimate["lower"]), 3) +
          " to " + Share(estimate["upper"]) + ")";
 }
 
-/// "9819 ppm", of more than one in a hundred "35.9 %".
+/// "9819 ppm"; above one in a hundred "35.9 %".
 std::string Expected(const Json& value) {
   const double share = Number(value);
   if (std::isnan(share)) return "";
@@ -105,7 +105,7 @@ std::string Expected(const Json& value) {
   return share < 1e-6 ? "< 1 ppm" : Significant(std::round(1e6 * share), 4) + " ppm";
 }
 
-/// "12 min", "5.3 h", "9.1 days".
+/// An age in hours as "12 min", "5.3 h", "9.1 days".
 std::string Age(const Json& value) {
   const double hours = Number(value);
   if (hours < 0.0) return "to come";  // A clock is wrong.
@@ -178,7 +178,7 @@ Section ReasonsSection(const Json& reasons) {
                    {"reason", 'l', "/code", Words}})};
 }
 
-/// That with the least Ppk first.
+/// The quantity with the least Ppk comes first.
 std::vector<Section> LimitsSections(Trees limits) {
   const auto ppk_of = [](const Json& quantity) {
     return Number(quantity["observed"]["overall"]["ppk"]["value"]);
@@ -195,7 +195,7 @@ std::vector<Section> LimitsSections(Trees limits) {
                           {"of calibration", 'r', "/calibration_sigma", Digits<2>},
                           {"upper", 'r', "/upper", Known<Digits<4>>},
                           {"unit", 'l', "/unit", Unit}})};
-  // One unit has no Ppk.
+  // A single unit has no Ppk.
   limits.erase(std::find_if(limits.begin(),
                             limits.end(),
                             [&](const Json& quantity) { return std::isnan(ppk_of(quantity)); }),
@@ -231,7 +231,7 @@ std::vector<Section> LimitsSections(Trees limits) {
 
 /// "a, b, c, d and 3 more (--json)".
 std::string ListOf(const Json& names) {
-  constexpr std::size_t kMostItems = 4;
+  constexpr std::size_t kMostItems = 4;  // Keeps the list on one line.
   std::string list;
   for (std::size_t k = 0; k < std::min(names.size(), kMostItems); ++k) {
     list += (k == 0 ? "" : ", ") + Words(names[k]);
@@ -240,7 +240,7 @@ std::string ListOf(const Json& names) {
   return list + " and " + std::to_string(names.size() - kMostItems) + " more (--json)";
 }
 
-/// The last alarms first: they are what is to be done now.
+/// The last alarms come first, since they need action now.
 Section ChartsSection(const Json& stations) {
   Section section{"Control charts"};
   Trees alarms;
@@ -338,7 +338,7 @@ Section Type1Section(const Trees& quantities, int runs) {
                     }}})};
 }
 
-/// Of those with limits where there are any: what a parameter says is nearly the same again.
+/// Quantities with limits if there are any: a parameter mostly repeats them.
 Section StudySection(const Json& study) {
   Trees gauges, type1s;
   const Json& quantities = study["quantities"];
@@ -370,7 +370,7 @@ std::string TextOf(const Section& section) {
   return text;
 }
 
-/// The text of those that say something.
+/// The text of all sections that have contents.
 std::string TextOfAll(const std::vector<Section>& sections) {
   std::string text;
   for (const Section& section : sections) {
@@ -379,8 +379,8 @@ std::string TextOfAll(const std::vector<Section>& sections) {
   return text;
 }
 
-/// The CSV's columns of numbers, and where in a quantity's tree these stand; of an estimate, which
-/// ends in /, there are three: value, lower and upper end.
+/// The numeric columns of the CSV with their paths in a quantity's tree. A path that ends in / is
+/// an estimate with three columns: value, lower and upper end.
 std::vector<std::pair<std::string, Json::json_pointer>> CsvColumns() {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 22> kColumns = {{
       {"units", "/units"},
@@ -449,7 +449,7 @@ Json SummaryTables(const Json& summary) {
 }
 
 std::string SummaryCsv(const Json& summary) {
-  // Names are this program's own, without commas and quotes.
+  // Names come from this program and have no commas or quotes.
   const auto columns = CsvColumns();
   std::string text = "name,kind,unit";
   for (const auto& [name, place] : columns) text += ',' + name;

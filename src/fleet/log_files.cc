@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kNsPerSecond = 1'000'000'000;
+constexpr std::int64_t kNsPerSecond = 1'000'000'000;  // 1 s.
 
 bool IsHiddenOrHalf(const std::string& name) {
   return name.starts_with('.') || IsTemporaryName(name);
@@ -45,7 +45,7 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
                   std::int64_t{about.st_mtim.tv_sec} * kNsPerSecond + about.st_mtim.tv_nsec};
 }
 
-/// Of several files: so that no change of any goes unnoticed, whichever way its time is moved.
+/// The state of several files, which differs after any change of one, even to an earlier time.
 LogStamp StampOfAll(const std::vector<std::string>& files) {
   LogStamp all;
   std::string states;
@@ -75,7 +75,7 @@ std::string WholePath(const fs::path& path) {
 
 std::string CanonicalPath(const fs::path& path) {
   std::error_code failure;
-  // Absolute first: what is not there yet stays relative.
+  // The path is made absolute first, since weakly_canonical keeps a missing path relative.
   const fs::path canonical = fs::weakly_canonical(fs::absolute(path), failure);
   return failure ? WholePath(path) : canonical.lexically_normal().string();
 }
@@ -85,7 +85,7 @@ std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
     LogStamp stamp;
     std::vector<std::string> files;
   };
-  // A watch asks of each at every look. So many take some 50 MB.
+  // A watch looks up each manifest at every look. So many entries take about 50 MB.
   constexpr std::size_t kMostKnown = 100'000;
   static thread_local std::unordered_map<std::string, Known> known;
   const std::optional<LogStamp> stamp = StampOfFile(manifest);
@@ -103,20 +103,19 @@ std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
 
 namespace {
 
-/// *.csv and *.csv.gz, in large or small letters, that are neither hidden nor being written under
-/// another name.
+/// Whether the path is *.csv or *.csv.gz, in upper or lower case, and neither hidden nor temporary.
 bool IsTable(const fs::path& path) {
   const std::string name = path.filename().string();
   return (EndsIn(name, ".csv") || EndsIn(name, ".csv.gz")) && !IsHiddenOrHalf(name);
 }
 
-/// A folder that is looked into: not hidden, no results (*.truetriad), not being written.
+/// Whether a folder is searched: it is not hidden, temporary or of results (*.truetriad).
 bool IsEntered(const fs::path& folder) {
   return folder.extension() != ".truetriad" && !IsHiddenOrHalf(folder.filename().string());
 }
 
-/// A table with a column that is called like a reading; or one that cannot be read, which its run
-/// will say.
+/// Whether a table has a column named like a reading. True if it cannot be read, since its run will
+/// report the error.
 bool HasReadings(const std::string& table) {
   const Result<std::unique_ptr<CsvReader>> csv = CsvReader::OpenHead(table);
   if (!csv) return true;
@@ -127,9 +126,9 @@ bool HasReadings(const std::string& table) {
   });
 }
 
-/// Whether a table beside a recording.yaml is part of that, or goes with it (attitudes, rates): it
-/// is named there, or has no reading of a sensor. Where the recording.yaml cannot be read, that is
-/// to be said, and all beside it are.
+/// Whether a table beside a recording.yaml belongs to it: it is named there, or has no sensor
+/// readings (attitudes, rates). If the recording.yaml cannot be read, all tables beside it do,
+/// since its run will report the error.
 bool BelongsToManifest(const fs::path& table) {
   const std::string manifest = (table.parent_path() / kManifestName).string();
   const std::optional<std::vector<std::string>> named = FilesOf(manifest);
@@ -141,7 +140,7 @@ bool BelongsToManifest(const fs::path& table) {
          !HasReadings(table.string());
 }
 
-/// One look through folders.
+/// Walks through folders once.
 class Walk {
  public:
   Walk(const std::function<bool(const fs::path&)>& enters,
@@ -199,9 +198,9 @@ class Walk {
   const std::function<bool(const fs::path&)>& enters_;
   const std::function<void(const fs::path&)>& on_log_;
   std::vector<fs::path> logs_;
-  std::set<std::string> elsewhere_;  ///< Tables that a recording.yaml of another folder names.
+  std::set<std::string> elsewhere_;  ///< Tables named by a recording.yaml elsewhere.
   std::set<std::pair<dev_t, ino_t>> seen_;
-  std::vector<fs::path> links_;  ///< To folders.
+  std::vector<fs::path> links_;  ///< Links to folders.
   Status status_;
 };
 
@@ -244,7 +243,7 @@ Recorded RecordedIn(std::int64_t time_ns, std::string_view by) {
 Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kByFile); }
 
 std::optional<Recorded> RecordedOf(const PoseSet& poses) {
-  // 9 September 2001: one that counts from power-up would have run for 31.7 years.
+  // 9 September 2001; a clock since power-up would have run for 31.7 years.
   constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
   if (!poses.has_time || poses.start_ns < kLeastNs) return std::nullopt;
   return RecordedIn(poses.start_ns, kByRecording);
@@ -253,8 +252,8 @@ std::optional<Recorded> RecordedOf(const PoseSet& poses) {
 bool IsBeingWritten(const std::string& file) {
   const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return false;
-  // A read lease is refused where somebody has the file open to write. Whoever opens it in this
-  // very moment waits until it is given back; the signal that would tell us so is ignored.
+  // A read lease is refused while a process has the file open for writing. A process that opens it
+  // during the lease waits for its end; the signal that would report it is ignored.
   fcntl(descriptor, F_SETSIG, SIGURG);
   const bool is_refused = fcntl(descriptor, F_SETLEASE, F_RDLCK) != 0 && errno == EAGAIN;
   fcntl(descriptor, F_SETLEASE, F_UNLCK);
@@ -264,7 +263,7 @@ bool IsBeingWritten(const std::string& file) {
 
 namespace {
 
-/// Of a log's state, and of what is stated of its serial number, tags and time of measurement.
+/// Hashes of a log's state and of its stated serial number, tags and time of measurement.
 std::vector<std::size_t> HashesOf(const LogStamp& stamp,
                                   const std::string& serial,
                                   const Tags& tags,
@@ -288,9 +287,9 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   DoneLogs done;
   const auto take = [&](const UnitRun& run) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) return;
-    // The other log may have been taken away, as the refusal advises.
+    // The log of the other unit may have been removed, as the refusal advises.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) return;
-    // A time that no list has stated is that of the log, and what one says would change it.
+    // Only a time from a list is part of the state: a listed time differs from the log's own.
     const bool is_stated = run.recorded_by == kByList;
     done.Add(run.log,
              {run.log_bytes, run.log_modified_ns},

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether the file system of a folder says who writes to a file: networks and programs behind one
-/// do not.
+/// Whether the file system of a folder reports who writes to a file: network file systems and those
+/// of user programs do not.
 bool SaysWhoWrites(const std::string& folder) {
   struct statfs about {};
   if (statfs(folder.c_str(), &about) != 0) return true;
@@ -37,7 +37,7 @@ bool SaysWhoWrites(const std::string& folder) {
 
 std::size_t FolderHash(const fs::path& file) { return fs::hash_value(file.parent_path()); }
 
-/// OpenLogWatch.
+/// Implements OpenLogWatch.
 class LogWatch : public OrderSource {
  public:
   using Tell = std::function<void(const std::string&)>;
@@ -59,7 +59,7 @@ class LogWatch : public OrderSource {
       is_failing_ = !status;
     }
     if (IsIdle()) {
-      // What is missing will not come; its run will say what that is.
+      // A missing file is not expected any more; the run will report it.
       std::erase_if(waiting_, [&](const auto& item) {
         const bool is_given = item.second.lacks_file && !item.second.is_written;
         if (is_given) Give(item.first);
@@ -69,8 +69,8 @@ class LogWatch : public OrderSource {
     return {};
   }
 
-  /// Gives all logs without a run that are as the look before found them, and notes the others. The
-  /// status of reading the folder.
+  /// Returns the status of reading the folder, gives all logs without a run that are as at the last
+  /// look, and records the others.
   Status LookAround() {
     const Clock::time_point begin = Clock::now();
     std::map<std::string, State> found;
@@ -97,7 +97,7 @@ class LogWatch : public OrderSource {
       }
     });
     waiting_ = std::move(found);
-    constexpr double kMostOfTime = 1.0 / 20.0;  // So a large folder leaves the processors to units.
+    constexpr double kMostOfTime = 1.0 / 20.0;  // Leaves the processors to the units.
     const Clock::time_point end = Clock::now();
     wait_ = std::max(least_wait_, Seconds(end - begin) / kMostOfTime);
     next_look_ = end + std::chrono::duration_cast<Clock::duration>(wait_);
@@ -116,7 +116,7 @@ class LogWatch : public OrderSource {
         continue;
       }
       if (!named && named.error().code == ErrorCode::kInvalidValue) {
-        tell_(named.error().message);  // No store can keep it.
+        tell_(named.error().message);  // No store accepts this serial.
         done_.Add(log, *stamp, "", {});
         given_.erase(log);
         continue;
@@ -133,7 +133,7 @@ class LogWatch : public OrderSource {
   }
 
   bool HasEnded() const override {
-    // A log that nobody writes to is given at one of the next looks.
+    // A log without a writer is given at one of the next looks.
     return IsIdle() && std::all_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
              return item.second.is_written;
            });
@@ -152,7 +152,7 @@ class LogWatch : public OrderSource {
 
   bool IsQuiet() const override {
     if (!options_.until_idle_s) return false;
-    // What is seen for the first time is given at the look after the next.
+    // A log seen for the first time is given at the second look after it.
     constexpr double kLooks = 3.0;
     const Seconds idle = Clock::now() - last_change_;
     return idle.count() > std::max(*options_.until_idle_s, kLooks * wait_.count());
@@ -179,14 +179,14 @@ class LogWatch : public OrderSource {
   using Clock = std::chrono::steady_clock;
   using Seconds = std::chrono::duration<double>;
 
-  /// How a look found a log.
+  /// The state of a log at a look.
   struct State {
-    LogStamp stamp;           ///< What has to stay the same.
-    bool is_written = false;  ///< Somebody writes to it, or to one of its files.
-    bool lacks_file = false;  ///< One that it names is not there.
+    LogStamp stamp;           ///< It must stay the same.
+    bool is_written = false;  ///< A process writes to it or to a file of it.
+    bool lacks_file = false;  ///< A file that it names is missing.
   };
 
-  /// Whether it is below `without`.
+  /// Whether the path is in the folder `without`.
   bool IsLeftOut(const fs::path& path) const {
     if (options_.without.empty()) return false;
     const std::string whole = CanonicalPath(path);
@@ -195,7 +195,7 @@ class LogWatch : public OrderSource {
 
   bool IsDone(const std::string& log, const LogStamp& stamp) const {
     UnitOrder order{.log = log};
-    // One that is not named as it should be is known by its log alone.
+    // A name that does not match the pattern gives no serial number.
     (void)TakeSerial(options_.serial_pattern, &order).has_value();
     return done_.Has(order, stamp);
   }
@@ -204,7 +204,7 @@ class LogWatch : public OrderSource {
     const fs::path path = log;
     State state{.stamp = stamp, .is_written = IsBeingWritten(log)};
     if (path.filename() == kManifestName) {
-      // Where it cannot be read its run will say what is wrong.
+      // If the manifest cannot be read, its run will report the error.
       for (const std::string& file : FilesOf(log).value_or(std::vector<std::string>())) {
         std::error_code failure;
         if (!fs::exists(file, failure)) state.lacks_file = true;
@@ -213,7 +213,7 @@ class LogWatch : public OrderSource {
       return state;
     }
     if (table_folders_.contains(FolderHash(path))) return state;
-    // The recording.yaml that this one belongs to may be on its way.
+    // The recording.yaml of this table may not have arrived yet.
     const auto [folder, is_new] = folder_states_.try_emplace(path.parent_path());
     if (is_new) folder->second = StampOfFolder(path.parent_path());
     state.stamp = folder->second;
@@ -234,13 +234,13 @@ class LogWatch : public OrderSource {
   DoneLogs done_;
   Tell tell_;
   Seconds least_wait_, wait_;                   ///< Between looks.
-  std::map<std::string, State> waiting_;        ///< By log, how the last look found it.
-  std::map<fs::path, LogStamp> folder_states_;  ///< As this look found them.
+  std::map<std::string, State> waiting_;        ///< By log, as at the last look.
+  std::map<fs::path, LogStamp> folder_states_;  ///< As at this look.
   std::deque<std::string> ready_;
-  std::set<std::string> given_;                               ///< Those, and what is in hand.
+  std::set<std::string> given_;                               ///< Logs given and not finished.
   std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hashes of both.
-  std::unordered_set<std::size_t> table_folders_;  ///< Hashes of those that have given a table.
-  /// Hashes of logs that were run in this watch, and of those that need not be.
+  std::unordered_set<std::size_t> table_folders_;  ///< Hashes of folders that gave a table.
+  /// Hashes of logs that were run in this watch, and of those that need no run.
   std::unordered_set<std::size_t> finished_, skipped_;
   bool is_failing_ = false;  ///< The folder cannot be read.
   Clock::time_point next_look_, last_change_ = Clock::now();
@@ -253,7 +253,7 @@ Result<std::unique_ptr<OrderSource>> OpenLogWatch(WatchOptions options,
                                                   std::function<void(const std::string&)> tell) {
   TRUETRIAD_RETURN_IF_ERROR(CheckSerialPattern(options.serial_pattern));
   fs::path normal = fs::path(options.folder).lexically_normal();
-  if (!normal.has_filename()) normal = normal.parent_path();  // "line/".
+  if (!normal.has_filename()) normal = normal.parent_path();  // "line/" has an empty file name.
   options.folder = normal.string();
   if (!options.without.empty()) options.without = CanonicalPath(options.without);
   auto watch = std::make_unique<LogWatch>(std::move(options), std::move(done), std::move(tell));

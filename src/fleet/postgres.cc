@@ -24,10 +24,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Seconds = std::chrono::duration<double>;
 
-/// Of the one lock under which tables are made: no other program's, hopefully.
+/// Key of the lock for creating tables: eight bytes that no other program is likely to use.
 constexpr std::int64_t kTablesLock = 0x7472'7566'7465'6574;
 
-/// What PostgreSQL takes as text: UTF-8 without NUL; whatever else is in it becomes U+FFFD.
+/// Text that PostgreSQL accepts: UTF-8 without NUL; other bytes become U+FFFD.
 std::string StorableText(std::string_view text) {
   std::string storable;
   storable.reserve(text.size());
@@ -60,7 +60,7 @@ std::optional<std::string> ParameterText(const Value& value) {
       value);
 }
 
-/// The types of values that are told from text, by number: those of PostgreSQL's own pg_type.
+/// The types of values that are not text, by their numbers in PostgreSQL's pg_type.
 enum Type : Oid {
   kBool = 16,
   kBytes = 17,
@@ -73,13 +73,13 @@ enum Type : Oid {
 };
 constexpr std::array<Oid, 7> kNumbers = {kBool, kInt8, kInt2, kInt4, kFloat4, kFloat8, kNumeric};
 
-/// As SQLite says it: 1 for true, bytes without \x.
+/// The cell in SQLite's notation: 1 for true, bytes without \x.
 std::string CellText(const char* value, Oid type) {
   if (type == kBool) return value[0] == 't' ? "1" : "0";
   return type == kBytes ? value + 2 : value;
 }
 
-/// The first line of what libpq or the server says, without "ERROR:".
+/// The first line of a message of libpq or the server, without "ERROR:".
 std::string FirstLine(std::string_view text) {
   text = text.substr(0, text.find('\n'));
   for (const std::string_view word : {"ERROR:  ", "FATAL:  ", "PANIC:  "}) {
@@ -88,7 +88,7 @@ std::string FirstLine(std::string_view text) {
   return std::string(text);
 }
 
-/// The server ends, has too many connections, or wants the transaction again (deadlock).
+/// Temporary errors: the server shuts down, has too many connections, or detected a deadlock.
 bool IsOfAMoment(std::string_view state) {
   constexpr std::array<std::string_view, 6> kClasses = {
       "08", "57P", "53300", "25P03", "40001", "40P01"};
@@ -96,7 +96,7 @@ bool IsOfAMoment(std::string_view state) {
                              [&](std::string_view one) { return state.starts_with(one); });
 }
 
-/// libpq's own `name='value'`.
+/// An option in libpq's form `name='value'`.
 std::string Option(std::string_view name, std::string_view value) {
   std::string option = std::string(name) + "='";
   for (const char c : value) {
@@ -106,9 +106,8 @@ std::string Option(std::string_view name, std::string_view value) {
   return option + "' ";
 }
 
-/// What `url` says, and what it leaves to this program: a server that does not answer is given up.
-/// Unset: it says something that is not meant, such as half of a password as the host; what that is
-/// stays unsaid.
+/// The options of `url` with this program's defaults, such as the timeouts for a silent server.
+/// Unset: a value is implausible, such as part of a password in the host; it is not shown.
 std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url) {
   const std::unique_ptr<PQconninfoOption, decltype(libpq.conninfoFree)> parsed(
       libpq.conninfoParse(url.c_str(), nullptr), libpq.conninfoFree);
@@ -124,7 +123,7 @@ std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url)
       return std::nullopt;
     }
     if (value.empty() && name == "connect_timeout" && std::getenv("PGCONNECT_TIMEOUT") == nullptr) {
-      value = "10";  // s
+      value = "10";  // In s: a silent server is given up.
     }
     if (value.empty() && name == "tcp_user_timeout") value = "30000";  // ms
     if (value.empty() && name == "fallback_application_name") value = "truetriad";
@@ -139,7 +138,7 @@ class PostgresDatabase : public Database {
   PostgresDatabase(const Libpq& libpq, std::string options, std::string name)
       : libpq_(libpq), options_(std::move(options)), name_(std::move(name)) {}
 
-  /// Afterwards a lost connection is opened anew for that long.
+  /// After this call a lost connection is reopened for up to `patience`.
   Status Open(Access access, Seconds patience) {
     bool has_tables = false;
     TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
@@ -149,7 +148,7 @@ class PostgresDatabase : public Database {
     if (!has_tables && access == Access::kRead) {
       return Error(ErrorCode::kStoreFailure, {name_}, "has no tables that `fleet run` has made");
     }
-    // Whoever comes first makes them; the others wait, and see what is done.
+    // The first process creates the tables; the others wait for it and then find them.
     if (!has_tables) {
       TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kWrite, [&] { return MakeTables(); }));
     }
@@ -158,8 +157,8 @@ class PostgresDatabase : public Database {
   }
 
   const std::string& name() const override { return name_; }
-  // Each statement is a journey to the server and back; it takes 65535 values, and the widest table
-  // has 21 columns.
+  // Each statement is a round trip to the server; it takes at most 65535 values, and the widest
+  // table has 21 columns (21 · 1000 values fit).
   std::size_t rows_at_once() const override { return 1000; }
 
   Status Transact(Access access, const std::function<Status()>& work) override {
@@ -207,11 +206,11 @@ class PostgresDatabase : public Database {
     return table;
   }
 
-  // As a cursor, which PostgreSQL makes only of what reads.
+  // Uses a cursor, which PostgreSQL creates only for reading statements.
   Result<Table> AskAsGiven(const std::string& sql) override {
     Table table;
     const Status status = Transact(Access::kRead, [&]() -> Status {
-      // Planned for all rows, not for the first.
+      // Plans the query for all rows instead of the first few.
       TRUETRIAD_RETURN_IF_ERROR(Ask("SELECT set_config('cursor_tuple_fraction', '1', true)", {}));
       TRUETRIAD_RETURN_IF_ERROR(
           Ask("DECLARE question NO SCROLL CURSOR FOR " + StorableText(sql), {}));
@@ -227,8 +226,8 @@ class PostgresDatabase : public Database {
     return table;
   }
 
-  // A read-only transaction keeps nobody from reading and writing the server's files, from its
-  // settings, or from other sessions.
+  // A read-only transaction does not prevent access to the server's files, its settings or other
+  // sessions.
   Status AllowTypedText() override {
     bool may_do_more = true;
     TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
@@ -255,7 +254,7 @@ class PostgresDatabase : public Database {
   }
 
  private:
-  /// Syntax and names, features, values, what a read-only transaction does not do.
+  /// Errors of the query itself: syntax and names, features, values, writing.
   static bool IsOfTheQuestion(std::string_view state) {
     return state.starts_with("42") || state.starts_with("0A") || state.starts_with("22") ||
            state.starts_with("25");
@@ -267,7 +266,7 @@ class PostgresDatabase : public Database {
   Status Connect() {
     connection_ = Connection(libpq_.connectdb(options_.c_str()), libpq_.finish);
     if (libpq_.status(connection_.get()) != CONNECTION_OK) return Failed("");
-    // Of a server that is set up otherwise; what is stricter stays. Nothing is said on stderr.
+    // Overrides a laxer setting of the server and keeps a stricter one. Nothing goes to stderr.
     return Done(
         "SET client_min_messages TO error; SELECT set_config('synchronous_commit', 'on', false) "
         "WHERE current_setting('synchronous_commit') IN ('off', 'local')");
@@ -280,18 +279,18 @@ class PostgresDatabase : public Database {
     TRUETRIAD_RETURN_IF_ERROR(Done(to_read ? "BEGIN READ ONLY" : "BEGIN"));
     const Status status = work();
     if (status && !to_read) return Done("COMMIT");
-    // What reads has nothing to keep, whatever the functions that it calls do.
+    // A reading transaction keeps nothing, whatever functions it calls.
     libpq_.clear(libpq_.exec(connection_.get(), "ROLLBACK"));
     return status;
   }
 
-  /// Several statements, as one.
+  /// Executes several statements as one.
   Status Done(const std::string& sql) {
     TRUETRIAD_RETURN_IF_ERROR(Checked(libpq_.exec(connection_.get(), sql.c_str())));
     return {};
   }
 
-  /// What a statement has given, if it is no failure.
+  /// The result of a statement, unless it failed.
   Result<Answer> Checked(PGresult* result) {
     Answer answer(result, libpq_.clear);
     const ExecStatusType status = libpq_.resultStatus(result);
@@ -300,7 +299,7 @@ class PostgresDatabase : public Database {
     return Failed(state == nullptr ? "" : state);
   }
 
-  /// Without a state it is not known whether the server has done it.
+  /// Without a state it is unknown whether the server has executed the statement.
   Error Failed(const std::string& state) {
     const std::string message = FirstLine(libpq_.errorMessage(connection_.get()));
     const bool is_open = libpq_.status(connection_.get()) == CONNECTION_OK;
@@ -318,7 +317,7 @@ class PostgresDatabase : public Database {
                      "; what was added before is there, and --resume goes on");
   }
 
-  /// One statement, with text or NULL for $1, $2, ….
+  /// Executes one statement with text or NULL for $1, $2, ….
   Result<Answer> Asked(std::string_view sql, std::span<const Value> values) {
     std::vector<std::optional<std::string>> texts;
     texts.reserve(values.size());
@@ -338,7 +337,7 @@ class PostgresDatabase : public Database {
   }
 
   Result<bool> HasTables() {
-    // Not to_regclass, which may still say what was true before the lock of MakeTables was had.
+    // Not to_regclass, which may report the state before the lock of MakeTables was obtained.
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table fact,
         Ask("SELECT 1 FROM pg_class WHERE relname = 'fact' AND pg_table_is_visible(oid)", {}));
@@ -373,12 +372,12 @@ class PostgresDatabase : public Database {
   Seconds patience_{0.0};
   Connection connection_{nullptr, libpq_.finish};
   std::function<void(const std::string&)> on_note_;
-  std::string state_;                ///< SQLSTATE of the last failure of a transaction.
-  std::optional<std::string> lost_;  ///< Why its connection was lost, if it was.
+  std::string state_;                ///< SQLSTATE of a transaction's last failure.
+  std::optional<std::string> lost_;  ///< Why the connection was lost, if so.
 };
 
 double StatedPatience() {
-  constexpr double kPatienceS = 60.0;
+  constexpr double kPatienceS = 60.0;  // The documented default.
   const char* const stated = std::getenv("TRUETRIAD_STORE_PATIENCE");
   if (stated == nullptr) return kPatienceS;
   char* end = nullptr;

@@ -12,32 +12,31 @@ namespace {
 
 /// Indices and views over the tables, for SQLite and PostgreSQL alike.
 ///
-/// A run is never changed; `latest` has the last of each unit by name, `standing` what counts.
-/// covariance: of the run's parameters in their order, lower triangle row by row, doubles, least
-/// significant byte first.
+/// A run is never changed. `latest` has the last run of each unit by name, `standing` the current
+/// one. covariance: of the run's parameters in their order, the lower triangle row by row, as
+/// doubles with the least significant byte first.
 ///
-/// `measured` has of each run the first of the unit that is of the same recording: of the same log,
-/// untouched, or of all the readings that it was made from, sensor by sensor. An attempt is a
-/// recording, however often it is calibrated.
+/// `measured` has for each run the first run of the unit with the same recording: of the same
+/// unchanged log, or of all the readings that it used, sensor by sensor. An attempt is a recording,
+/// however often it is calibrated.
 ///
-/// `given_up` has the runs of recordings of which a person said that their serial number was wrong
-/// (`wrong_serial` is 1), and none said later that it was right (0); a decision that says nothing
-/// of it (NULL) changes nothing there. They count for nothing: but where a unit has no others, the
-/// last of them says that it was not measured.
+/// `given_up` has the runs of recordings for which a person stated that the serial number was wrong
+/// (`wrong_serial` is 1) and no person stated later that it was right (0); a decision with NULL
+/// changes nothing. They do not count; but if a unit has no others, the last of them is its current
+/// run, as not measured.
 ///
-/// recorded: when the unit was measured, ISO 8601, UTC; by recorded_by "list", "recording" or
-/// "file". Runs are in the order of that; those of one second, and those without it, which come
-/// first, in the order of their names, which is that of running.
+/// recorded: the time of measurement, ISO 8601, UTC, from recorded_by "list", "recording" or
+/// "file". Runs are ordered by it; those of the same second, and those without it, which come
+/// first, by name, that is by the time of the run.
 ///
-/// `standing` has of each unit the run that counts, which is chosen once a unit (the cross join
-/// keeps SQLite from doing it once a run): of each recording the newest run, in the order in which
-/// they were measured by the newest list that says it, else by their first runs, `before` being how
-/// many were before it. `recorded` is the time of that order. A unit with one run costs some ten
-/// microseconds, one with 200 some ten milliseconds. A concession holds for the recording of the
-/// run that it was made about and the limits that were missed there, a refusal for all but
-/// recordings that were run later and say themselves, or by a list, that they were measured later:
-/// a file's time is that of its last copy. (What was exported of the runs that count alone may name
-/// a run that is later than the decision.)
+/// `standing` has for each unit the current run, chosen once for each unit (the cross join keeps
+/// SQLite from choosing it once for each run): of each recording the newest run, ordered by the
+/// time of measurement in the newest list that states it, else in their first runs; `before` is the
+/// number of recordings before it, `recorded` the time of that order. A unit with one run costs
+/// about ten microseconds, one with 200 runs about ten milliseconds. A concession holds for the
+/// recording of its run and the limits missed there. A refusal holds except for recordings run
+/// later that were measured later by their own clock or a list: a file's time is that of its last
+/// copy. (An export of current runs only may name a run later than the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -166,31 +165,30 @@ CREATE VIEW standing AS
   );
 )sql";
 
-/// Of a run `own` of `measured`, the last decision that says of its recording whether the serial
-/// number was wrong.
+/// For a run `own` of `measured`, the last decision that states whether the serial number of its
+/// recording was wrong.
 constexpr std::string_view kSaidOfSerial =
     "(SELECT max(one.disposition) FROM run AS its CROSS JOIN disposition AS one CROSS JOIN "
     "measured AS same WHERE its.serial = own.serial AND one.run = its.run AND one.wrong_serial IS "
     "NOT NULL AND same.run = its.run AND same.first_run = own.first_run)";
 
-/// Of the same, in `standing`, whether its recording was given up: what `given_up` says of all
-/// units, asked of one.
+/// The same within `standing`: whether its recording was given up, as `given_up` but for one unit.
 constexpr std::string_view kIsGivenUp =
     "EXISTS (SELECT 1 FROM disposition AS said WHERE said.wrong_serial = 1 AND said.disposition = "
     "{said_of_serial})";
 
-/// Of a unit, in `standing`, the first and the newest run of each recording, and the one that says
-/// when it was measured.
+/// For a unit within `standing`: the first and the newest run of each recording, and the run that
+/// states its time of measurement.
 constexpr std::string_view kRecordings =
     "(SELECT first_run, max(run) AS run, COALESCE(max(CASE WHEN recorded_by = 'list' THEN run "
     "END), first_run) AS said_by, {is_given_up} AS is_given_up FROM measured AS own WHERE "
     "own.serial = unit.serial GROUP BY serial, first_run)";
 
-/// Of the run that counts, in `standing`, the run that says when its recording was measured.
+/// For the current run within `standing`, the run that states the recording's time of measurement.
 constexpr std::string_view kSaidBy =
     "(SELECT its.said_by FROM {recordings} AS its WHERE its.run = run.run)";
 
-/// The columns of `run` in `standing`.
+/// The columns of `run` within `standing`.
 std::string StandingRunColumns() {
   std::string columns;
   const UnitRun none;
@@ -207,14 +205,14 @@ std::string StandingRunColumns() {
   return columns;
 }
 
-/// The values of a row: those of a thing, behind others.
+/// The values of a row: `values`, then those of a struct.
 template <typename Thing>
 std::vector<Value> ValuesOf(const Thing& thing, std::vector<Value> values = {}) {
   Fields(RowWriter{&values}, thing);
   return values;
 }
 
-/// One row an item, numbered from 1 on, behind the name of the run.
+/// One row for each item, numbered from 1, after the name of the run.
 template <typename Items>
 TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& items) {
   TableRows rows{table, {}};
@@ -257,7 +255,7 @@ TableRows RowsOfTags(const UnitRun& run) {
   return rows;
 }
 
-/// "name {text} NOT NULL, …" of a thing's columns.
+/// "name {text} NOT NULL, …" for the columns of a struct.
 template <typename Thing>
 std::string DefinitionsOf() {
   std::string sql;
@@ -289,7 +287,7 @@ std::string TableSql(std::string_view name, const std::string& columns, std::str
 
 constexpr std::string_view kOfRun = "FOREIGN KEY (run) REFERENCES run (run), ";
 
-/// What a run has several of.
+/// The table of a run's items.
 std::string PartSql(std::string_view name, const std::string& columns) {
   return TableSql(name,
                   "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + columns,
@@ -380,7 +378,7 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
 }
 
 std::vector<double> RealsFromHex(std::string_view digits) {
-  constexpr std::size_t kDigits = 16;
+  constexpr std::size_t kDigits = 16;  // 8 bytes of a double.
   std::vector<double> reals;
   reals.reserve(digits.size() / kDigits);
   for (; digits.size() >= kDigits; digits.remove_prefix(kDigits)) {

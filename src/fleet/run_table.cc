@@ -16,7 +16,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// A column of the table, of a type as Parquet has them.
+/// A column of the table with its Parquet type.
 struct Column {
   std::string name;
   std::string_view type;
@@ -25,7 +25,7 @@ struct Column {
 constexpr std::string_view kText = "STRING", kWhole = "INT64", kReal = "DOUBLE",
                            kTime = "TIMESTAMP";
 
-/// What every run has, and of the run that counts what its unit amounts to, in their order.
+/// The columns of every run, and for a current run those of its unit's standing, in order.
 const std::vector<Column>& FixedColumns() {
   static const auto& columns =
       *new std::vector<Column>{{"run", kText},           {"serial", kText},
@@ -43,10 +43,10 @@ const std::vector<Column>& FixedColumns() {
   return columns;
 }
 
-/// The table of a store's runs: all have the same columns.
+/// The table of a store's runs, all with the same columns.
 class RunTable {
  public:
-  /// Looks which parameters and judgements there are.
+  /// Finds out the store's parameters and judgements.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
     table.columns_ = FixedColumns();
@@ -75,7 +75,7 @@ class RunTable {
 
   const std::vector<Column>& columns() const { return columns_; }
 
-  /// Each text, a number, or null.
+  /// The cells of a run: texts, numbers or null.
   std::vector<Json> RowOf(const UnitRun& run) const {
     Json fixed = TreeOf(run.standing.value_or(Standing()));
     for (Json& cell : fixed) {
@@ -93,7 +93,7 @@ class RunTable {
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
-      if (found == places_.end()) continue;  // Of a run that has come since.
+      if (found == places_.end()) continue;  // Of a run added since.
       row[found->second] = parameter.value;
       row[found->second + 1] = parameter.sigma;
     }
@@ -110,7 +110,7 @@ class RunTable {
   }
 
   std::vector<Column> columns_;
-  /// Of what is judged, and of a parameter's value; its sigma is next.
+  /// Indices of columns of judgements and of parameter values; the sigma follows its value.
   std::map<std::string, std::size_t> places_;
 };
 
@@ -123,12 +123,12 @@ std::string CsvField(std::string text) {
 std::string CsvField(const Json& cell) {
   if (cell.is_string()) return CsvField(cell.get<std::string>());
   if (cell.is_number_integer()) return cell.dump();
-  // A number that is none has no text.
+  // A non-finite number has no text.
   const bool is_number = cell.is_number() && std::isfinite(cell.get<double>());
   return is_number ? NumberText(cell.get<double>()) : "";
 }
 
-/// A file of `head`, the lines of each run, and what `tail` says of their number.
+/// Writes a file of `head`, the lines of each run, and `tail` of the number of runs.
 Result<std::size_t> WriteRuns(Store& store,
                               RunSelection which,
                               const std::string& path,
@@ -191,11 +191,11 @@ Result<std::size_t> ExportJsonLines(Store& store,
     std::string lines = LineOf(run);
     const auto decided = by_serial.find(run.serial);
     if (decided == by_serial.end()) return lines;
-    // Where the run that it was about is not there, what holds is said of the one that counts.
+    // If the decision's run is not exported, a decision in force moves to the current run.
     const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
     const bool is_given_up = std::ranges::find(given_up, run.id, &UnitRun::id) != given_up.end();
     for (Disposition one : decided->second) {
-      // That another recording's serial number was wrong is not said of this one.
+      // A wrong serial number of another recording does not apply to this one.
       if (holds && (!one.wrong_serial || (one.GivesUp() && is_given_up))) one.run = run.id;
       if (one.run != run.id) continue;
       lines += LineOf(one);
@@ -207,7 +207,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
     counts.runs = runs;
     return EndLine(counts);
   };
-  // An earlier export of this store may be replaced. A shard's file names that store, too.
+  // An earlier export of this store may be replaced, but not a shard's file, which names it, too.
   const std::optional<StoreHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
   return WriteRuns(store, which, path, head, lines_of, end_of, is_export);
@@ -223,7 +223,7 @@ Result<std::size_t> ExportTypedTable(Store& store,
   }
   return WriteRuns(store, which, path, LineOfJson(head), [&](const UnitRun& run) {
     Json row = Json::array();
-    // No digit of a whole number is lost as text.
+    // Integers are written as text, so that no digit is lost.
     for (const Json& cell : table.RowOf(run)) {
       row.push_back(cell.is_number_integer() ? Json(cell.dump()) : cell);
     }

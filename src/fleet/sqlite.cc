@@ -19,8 +19,8 @@
 namespace truetriad::fleet {
 namespace {
 
-constexpr int kApplicationId = 0x74726674;  // "trft": what this program's files are known by.
-constexpr int kPatienceMs = 30'000;         // For another writer.
+constexpr int kApplicationId = 0x74726674;  // "trft", the identity of this program's files.
+constexpr int kPatienceMs = 30'000;         // Waits so long for another writer.
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -51,11 +51,11 @@ class SqliteDatabase : public Database {
  public:
   explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
 
-  /// To write: the tables are there, then. `is_passing`: in a file that SQLite makes and removes.
+  /// For writing, it also creates the tables. `is_passing`: in a temporary file of SQLite.
   Status Open(Access access, bool is_passing = false) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    // SQLite gives names like :memory: a meaning; a whole path has none.
+    // SQLite interprets names like :memory:, but no absolute path.
     const std::string whole = is_passing ? "" : std::filesystem::absolute(path_).string();
     sqlite3* opened = nullptr;
     const int code = sqlite3_open_v2(whole.c_str(), &opened, flags, nullptr);
@@ -75,7 +75,7 @@ class SqliteDatabase : public Database {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA journal_mode = WAL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA synchronous = FULL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA foreign_keys = ON"));
-      // Whoever comes first does it; the others wait, and see what is done.
+      // The first process creates them; the others wait for it and then find them.
       TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return MakeTables(); }));
     }
     return {};
@@ -88,7 +88,7 @@ class SqliteDatabase : public Database {
     TRUETRIAD_RETURN_IF_ERROR(Execute(access == Access::kRead ? "BEGIN" : "BEGIN IMMEDIATE"));
     Status status = work();
     if (status) status = Execute("COMMIT");
-    // After some failures SQLite has done so itself.
+    // After some failures SQLite has already rolled back.
     if (!status) sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
     return status;
   }
@@ -129,8 +129,8 @@ class SqliteDatabase : public Database {
   }
 
  private:
-  /// What a table or column that SQLite does not know may be meant for; empty: that is not what
-  /// it complains about.
+  /// The table or column that an unknown name may stand for; empty: the complaint is about
+  /// something else.
   std::string Suggestion(std::string_view complaint) {
     constexpr std::string_view kTables =
         "SELECT name FROM sqlite_master WHERE type IN ('table', "
@@ -150,7 +150,7 @@ class SqliteDatabase : public Database {
         for (const std::string_view tag : TagNames()) known.push_back(tag);
       }
       const std::string_view word = complaint.substr(beginning.size());
-      // `one.serial`: the column alone. Not found is the last place, and one more is 0.
+      // `one.serial`: only the column. npos + 1 is 0 if there is no dot.
       const std::string near = DidYouMean(word.substr(word.rfind('.') + 1), known);
       return near.empty() ? "; docs/fleet.md has the tables and their columns" : near;
     }
@@ -215,7 +215,7 @@ class SqliteDatabase : public Database {
     return Execute("PRAGMA application_id = " + std::to_string(kApplicationId));
   }
 
-  /// With its values.
+  /// The prepared statement with bound values.
   Result<sqlite3_stmt*> Prepared(std::string_view sql, std::span<const Value> values) {
     auto found = statements_.find(sql);
     if (found == statements_.end()) {
@@ -243,7 +243,7 @@ class SqliteDatabase : public Database {
 }  // namespace
 
 std::string_view NetworkFileSystemName(long magic) {
-  // As statfs(2) and the kernel's linux/magic.h have them.
+  // Magic numbers as in statfs(2) and the kernel's linux/magic.h.
   constexpr std::array<std::pair<unsigned long, std::string_view>, 10> kNetworks = {
       {{0x6969, "NFS"},
        {0x517B, "SMB"},

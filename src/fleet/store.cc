@@ -15,10 +15,10 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Units whose runs are in memory at once.
+/// The number of units whose runs are in memory at once.
 constexpr int kUnitsAPage = 100;
 
-/// The fact that is the number of shards, and those that are the retest policy.
+/// Names of the facts for the number of shards and for the retest policy.
 constexpr std::string_view kShardsFact = "shards", kCountsFact = "retest_counts",
                            kMostFact = "retest_most";
 
@@ -33,7 +33,7 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// The columns of runs, as ColumnsOf; a covariance is large.
+/// The columns of runs as ColumnsOf; a covariance is large and optional.
 std::string RunColumns(bool has_covariance, const std::string& table = "") {
   std::string columns = ColumnsOf<UnitRun>(table);
   const std::string covariance = (table.empty() ? "" : table + ".") + "covariance";
@@ -41,7 +41,7 @@ std::string RunColumns(bool has_covariance, const std::string& table = "") {
   return columns;
 }
 
-/// A recording of a golden unit that was checked again at a station does not count.
+/// Selects valid checks: a repeated check of the same recording at a station does not count.
 std::string ChecksThatCount() {
   return "SELECT " + ColumnsOf<StationCheck>() +
          " FROM station_check AS one WHERE (recording = '' OR NOT EXISTS (SELECT 1 FROM "
@@ -49,7 +49,7 @@ std::string ChecksThatCount() {
          "AND prior.recording = one.recording AND prior.station_check < one.station_check)) ";
 }
 
-/// Of each golden unit of the station $1 the last, by when it was recorded.
+/// Selects the last check of each golden unit at the station $1, by time of recording.
 std::string LastChecks() {
   return "SELECT " + ColumnsOf<StationCheck>() +
          " FROM (SELECT counted.*, row_number() OVER (PARTITION BY serial ORDER BY recorded DESC, "
@@ -66,16 +66,16 @@ std::vector<Thing> ThingsIn(const Table& table) {
   return things;
 }
 
-/// The first field of a table; unset: there is none.
+/// The first field of a table; unset if there is none.
 Cell FieldIn(const Table& table) { return table.rows.empty() ? Cell() : table.rows[0][0]; }
 
-/// What a fact says; empty: nobody has stated it.
+/// The value of a fact; empty if not stated.
 std::string FactIn(const StoreFacts& facts, std::string_view name) {
   const auto found = facts.find(name);
   return found == facts.end() ? "" : found->second;
 }
 
-/// What was stated; unset: nothing.
+/// The stated policy; unset if none.
 std::optional<RetestPolicy> PolicyIn(const StoreFacts& facts) {
   const std::string counts = FactIn(facts, kCountsFact), most = FactIn(facts, kMostFact);
   if (counts.empty()) return std::nullopt;
@@ -84,7 +84,7 @@ std::optional<RetestPolicy> PolicyIn(const StoreFacts& facts) {
   return policy;
 }
 
-/// Error (usage): good is only what has a calibration.
+/// Error (usage): only a unit with a calibration can be good.
 Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
   if (of_run != Verdict::kNoResult || disposition.verdict == Verdict::kFail) return {};
   return Error(ErrorCode::kConflictingArguments,
@@ -94,7 +94,7 @@ Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
                    "`; measure it again, or decide `FAIL`");
 }
 
-/// What belongs to runs, a row each behind its run's name, and where it goes.
+/// Items of runs, one row each after their run's name, and the fields that they fill.
 struct Part {
   std::string columns;
   std::string_view table, order;
@@ -138,7 +138,7 @@ const std::vector<Part>& Parts() {
   return parts;
 }
 
-/// A thing of a run from a row. Error (bad input): a verdict is none.
+/// A run's struct from a row. Error (bad input): an unknown verdict.
 template <typename Thing>
 Result<Thing> CheckedFromRow(std::span<const Cell> row) {
   Thing thing;
@@ -150,15 +150,15 @@ Result<Thing> CheckedFromRow(std::span<const Cell> row) {
                    "`, which is none; the store has been changed by another program");
 }
 
-/// What is selected of the store's runs.
+/// The FROM and WHERE of a selection.
 std::string SourceOf(const RunSelection& which) {
   const std::string source = which.only_standing ? "standing" : "run";
-  // Tags cost a question each: only where somebody may ask for them.
+  // Tags cost a query each, so they are joined only for a condition.
   if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
   return FromWhere(source, which.where);
 }
 
-/// What is asked of a run that is in a file of runs.
+/// The fields of a run that queries need for a file of runs.
 UnitRun Known(UnitRun run) {
   run.parameters.clear(), run.covariance.clear(), run.findings.clear(), run.judgements.clear();
   return run;
@@ -190,7 +190,7 @@ Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
   const StoreHeader& header = store->lines_->header();
   TRUETRIAD_RETURN_IF_ERROR(
       store->StateShard({header.shards.only.value_or(0), header.shards.count}));
-  // What was stated later than the first line cannot be kept.
+  // A policy stated after the header could not be stored.
   TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(header.policy.value_or(RetestPolicy())));
   return store;
 }
@@ -217,7 +217,7 @@ Result<std::int64_t> Store::Insert(const TableRows& rows) {
 Status Store::InsertRun(const UnitRun& run) {
   for (const TableRows& rows : RowsOf(run)) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
-    // It is there already, with all that belongs to it.
+    // It exists already, with all of its parts.
     if (rows.table == kRunTable && inserted == 0) return {};
   }
   return {};
@@ -271,8 +271,8 @@ Result<bool> Store::Has(const std::string& run) {
 }
 
 Status Store::ForEachLastRun(const std::function<void(const UnitRun&)>& take) {
-  // From the log after $1 on, some at a time: of a million they need not all be here at once. A row
-  // for each of its tags, or one.
+  // Reads the logs after $1 in batches, since a million need not be in memory at once. One row for
+  // each tag of a run, or one row without tags.
   const std::string last_runs =
       "SELECT " + RunColumns(false, "last") +
       ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
@@ -350,7 +350,7 @@ Result<StoreHeader> Store::Header() {
 }
 
 Status Store::StateRetestPolicy(const RetestPolicy& policy) {
-  constexpr std::int64_t kMost = 1'000'000;
+  constexpr std::int64_t kMost = 1'000'000;  // Chosen: above any real count.
   if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
     return Error(ErrorCode::kInvalidArgument,
                  "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
@@ -477,10 +477,10 @@ Status Store::CheckReadings(const Disposition& disposition) {
   if (disposition.GivesUp()) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string given_up,
                              Text("SELECT run FROM given_up WHERE run = $1", {disposition.run}));
-  // To refuse the unit for another reason gives nothing back.
+  // A refusal for another reason does not take the readings back.
   const bool takes_back = disposition.wrong_serial.has_value();
   if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
-  // The run itself may have been refused before it was read.
+  // The run itself may have been refused before its readings were read.
   UnitRun own;
   own.serial = disposition.serial;
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -690,7 +690,7 @@ Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
               " WHERE run IN (SELECT run FROM run WHERE " + condition + ") ORDER BY run, " +
               std::string(part.order)));
     for (const auto& row : rows.rows) {
-      // Runs that are not wanted have none.
+      // Runs that were not selected are skipped.
       const auto found = by_name.find(*row[0]);
       if (found != by_name.end()) part.take(std::span(row).subspan(1), found->second);
     }
@@ -699,7 +699,7 @@ Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
 }
 
 Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
-  std::string after;  // A condition: behind the last unit that was read.
+  std::string after;  // A condition: after the last unit that was read.
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table last,

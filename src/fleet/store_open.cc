@@ -141,10 +141,10 @@ Status CheckDisposition(const Disposition& disposition) {
 }
 
 GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s) {
-  // The clocks of two machines may differ by this much.
+  // The clocks of two machines may differ by so much.
   constexpr double kClocksDifferS = 60.0;
   if (!last.agrees) return GoldenState::kDisagrees;
-  // NaN: what cannot be dated is no check of today.
+  // With an unknown time the age is NaN, so the check is overdue.
   const double age_s = now_s - line::SecondsOf(last.recorded);
   if (age_s < -kClocksDifferS) return GoldenState::kToCome;
   return age_s <= due_s ? GoldenState::kGood : GoldenState::kOverdue;
@@ -167,7 +167,7 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
   TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
   if (const std::optional<std::string> file = FileOfStore(url)) {
-    // SQLite's belong to it.
+    // SQLite's other files belong to it.
     for (const char* const ending : {"", "-wal", "-shm", "-journal"}) {
       InputGuard::Add(*file + ending);
     }
@@ -230,7 +230,7 @@ std::string ShownPostgres(const std::string& url) {
   }
   std::string shown(kScheme);
   const std::string values = url.substr(kScheme.size());
-  // A value may have blanks in it, which look like the next one.
+  // A quoted value may have blanks, and then look like the next option.
   if (values.find_first_of("'\\") != std::string::npos) return shown;
   for (std::sregex_iterator value(values.begin(), values.end(), kValue), end; value != end;
        ++value) {
@@ -241,7 +241,7 @@ std::string ShownPostgres(const std::string& url) {
 
 namespace {
 
-/// `text` has digits where `form` has 0, hexadecimal ones where it has x, and else the same.
+/// Whether `text` has digits for each 0 of `form`, hexadecimal ones for each x, else equals it.
 bool HasForm(std::string_view text, std::string_view form) {
   if (text.size() != form.size()) return false;
   for (std::size_t i = 0; i < form.size(); ++i) {
@@ -254,16 +254,16 @@ bool HasForm(std::string_view text, std::string_view form) {
 
 Error Wrong(const std::string& what) { return Error(ErrorCode::kWrongFormat, what); }
 
-/// For messages: what may be anything.
+/// A text with any contents, for messages.
 std::string InWords(std::string_view text) {
-  constexpr std::size_t kMost = 60;
+  constexpr std::size_t kMost = 60;  // A part of a line.
   return Json(std::string(text.substr(0, kMost)))
              .dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) +
          (text.size() > kMost ? "…" : "");
 }
 
 Status CheckName(std::string_view name) {
-  // Later names would have to follow it, until no year is left.
+  // A later name would force all names after it to be later, until no year is left.
   constexpr std::string_view kTooLate = "2201";
   if (IsRunId(name) && name < kTooLate) return {};
   return Wrong("its name " + InWords(name) +
@@ -276,7 +276,7 @@ Status CheckTime(const std::string& time, const std::string& name = "created") {
   return Wrong(name + " is " + InWords(time) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
-/// When the unit was measured, and what says so: both or neither.
+/// Error: only one of the time of measurement and its source is stated.
 Status CheckRecorded(const UnitRun& run) {
   if (run.recorded.empty() && run.recorded_by.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.recorded, "recorded"));
@@ -286,7 +286,7 @@ Status CheckRecorded(const UnitRun& run) {
   return Wrong("recorded_by is " + InWords(run.recorded_by) + ", expected list, recording or file");
 }
 
-/// The least value of a number that is stored.
+/// Error: a number is not finite, or negative where it must not be.
 Status CheckNumber(const std::string& name, double value, bool may_be_negative) {
   if (std::isfinite(value) && (may_be_negative || value >= 0.0)) return {};
   return Wrong(name + " is " + std::to_string(value) +
@@ -314,7 +314,7 @@ Status CheckParameters(const UnitRun& run) {
   return {};
 }
 
-/// A run is good, or outside its limits, by what was judged.
+/// Error: the verdict contradicts the judgements.
 Status CheckVerdict(const UnitRun& run) {
   const auto missed = std::find_if(run.judgements.begin(),
                                    run.judgements.end(),
@@ -339,7 +339,7 @@ bool IsRunId(std::string_view name) {
 }
 
 Status CheckRun(const UnitRun& run) {
-  constexpr std::size_t kLongestSerial = 1000;  // Bytes: 200 characters, or the name of a file.
+  constexpr std::size_t kLongestSerial = 1000;  // Bytes: 200 characters, or a file name.
   TRUETRIAD_RETURN_IF_ERROR(CheckName(run.id));
   if (run.serial.empty() || run.serial.size() > kLongestSerial ||
       run.serial.find('\0') != std::string::npos) {

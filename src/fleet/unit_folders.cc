@@ -40,20 +40,20 @@ Error CannotWrite(const std::string& path) {
       ErrorCode::kCannotWrite, {path}, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-/// It is marked so, or was made and no more.
+/// The folder has the mark, or was created but not marked yet.
 bool IsUnfinished(const fs::path& folder) {
   std::error_code failure;
   return fs::exists(folder / kUnfinished, failure) || fs::is_empty(folder, failure);
 }
 
-/// The store that the run of an unfinished folder was to go into; unset: nobody said so yet.
+/// The store for the run of an unfinished folder; unset: not stated yet.
 std::optional<std::string> StoreOf(const fs::path& folder) {
   std::ifstream mark(folder / kUnfinished, std::ios::binary);
   std::string store(std::istreambuf_iterator<char>(mark), {});
   return store.empty() ? std::nullopt : std::optional(std::move(store));
 }
 
-/// Folders of runs that are unfinished, in units' folders that have changed since.
+/// Unfinished folders of runs in units' folders that have changed since `since`.
 std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
   std::vector<fs::path> found;
   std::error_code failure, vanished;
@@ -62,7 +62,7 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
     if (!unit->is_directory(vanished) || unit->last_write_time(vanished) < since) continue;
     for (fs::directory_iterator run(unit->path(), vanished); !vanished && run != end;
          run.increment(vanished)) {
-      // Nothing else is ever removed, or asked for.
+      // Only folders named like a run are ever examined or removed.
       if (IsRunId(run->path().filename().string()) && IsUnfinished(run->path())) {
         found.push_back(run->path());
       }
@@ -71,7 +71,7 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those that have no run, of runs for that store. False: the store cannot say.
+/// Removes the folders whose runs for that store are not in it. False: the store fails.
 bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
@@ -83,9 +83,9 @@ bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::str
     }
     RemoveFolder(folder.string());
     std::error_code ignored;
-    // A worker that had not ended yet may have written there meanwhile: the next removes that.
+    // A worker may have written there meanwhile; the next sweep removes that.
     if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
-    fs::remove(folder.parent_path(), ignored);  // Unless it holds other runs.
+    fs::remove(folder.parent_path(), ignored);  // Fails if it holds other runs.
   }
   return true;
 }
@@ -142,7 +142,7 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
   if (file < 0) return CannotWrite(path);
   FolderClaim claim(file);
   if (flock(file, LOCK_EX | LOCK_NB) == 0) {
-    // Clocks of a folder's disk may be a little behind.
+    // The clock of a network disk may lag a little.
     constexpr auto kClocksS = std::chrono::seconds(2);
     struct stat about {};
     std::error_code failure;
@@ -152,7 +152,7 @@ Result<FolderClaim> FolderClaim::Share(const std::string& units,
         UnfinishedSince(units, is_first || failure ? fs::file_time_type::min() : last - kClocksS),
         store,
         name);
-    // What it says does not matter: when it was written does.
+    // Only the time of this write matters.
     if (is_swept && pwrite(file, "\n", 1, 0) != 1) return CannotWrite(path);
   }
   if (flock(file, LOCK_SH) != 0 && errno != EINTR) return CannotWrite(path);
@@ -212,10 +212,10 @@ Decision OfPerson(const Standing& unit) {
   return {unit.final_verdict, unit.disposed_by, unit.disposed_why, unit.disposed_at};
 }
 
-/// Before the name of a run that decides.
+/// Precedes the name of a run in the field `who` of a decision.
 constexpr std::string_view kRunWord = "run ";
 
-/// That of another run, by which this one may not leave either.
+/// The decision that this run's unit may not be delivered because of its current run.
 Decision OfRunThatCounts(const Standing& unit) {
   return {.verdict = Verdict::kFail,
           .who = std::string(kRunWord) + unit.run,
@@ -226,7 +226,7 @@ Decision OfRunThatCounts(const Standing& unit) {
           .is_automatic = true};
 }
 
-/// What the calibration of a run is to state.
+/// The decisions that the calibration of a run must state.
 std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, bool counts) {
   std::vector<Decision>& decisions = calibration.decisions;
   std::erase_if(decisions, [](const Decision& one) { return one.is_automatic; });
@@ -237,7 +237,7 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
     if (!is_stated && (is_red || counts)) decisions.push_back(decision);
     return decisions;
   }
-  // A concession ends with the next run that counts; a refusal that stands is for good.
+  // A concession ends with the next current run; an unlifted refusal stays.
   if (!decisions.empty() && decisions.back().verdict == Verdict::kPass) decisions.clear();
   if (is_red && !counts && !IsRed(calibration.verdict())) {
     decisions.push_back(OfRunThatCounts(unit));
@@ -245,12 +245,12 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
   return decisions;
 }
 
-/// Makes the files of a run agree; the exports that were withdrawn. They go first, and
-/// calibration.yaml comes last: killed in between, the folder says too little of a unit rather than
-/// too much, and the next call does the rest.
+/// Makes the files of a run agree and returns the withdrawn exports. Exports go first and
+/// calibration.yaml last: if the process is killed between, a unit is blocked rather than released,
+/// and the next call does the rest.
 Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& unit, bool counts) {
   std::vector<std::string> withdrawn;
-  // A link stays a link: the file that it leads to is changed.
+  // For a symbolic link the target is changed.
   std::error_code failure;
   const fs::path file = fs::weakly_canonical(folder / "calibration.yaml", failure);
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, LookAtSmallFile(file.string()));
@@ -273,7 +273,7 @@ Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& u
   return withdrawn;
 }
 
-/// Of a unit that is not good.
+/// Why a unit that is not good may not be delivered.
 std::string WhyHeldBack(const Standing& unit) {
   if (unit.disposed_by.empty()) {
     return "run " + unit.run + " counts, and is " + std::string(VerdictWords(unit.final_verdict));
@@ -307,14 +307,14 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
-  // The only run speaks for itself. One that counts may have no files.
+  // A single current run states its verdict itself. The current run may have no files.
   if (folders.size() == 1 && folders.front().id == unit->run && unit->disposed_by.empty()) {
     return agreement;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto given_up, store.GivenUpOf(serial));
   if (IsRed(unit->final_verdict)) agreement.why = WhyHeldBack(*unit);
   for (const UnitRun& one : folders) {
-    // A run that was given up is none of the unit's, whichever run counts.
+    // A run that was given up does not belong to the unit, whichever run is current.
     const auto found = given_up.find(one.id);
     const bool is_given_up = found != given_up.end();
     const Standing& holds = is_given_up ? found->second : *unit;
@@ -325,7 +325,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       agreement.withdrawn.insert(agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
       continue;
     }
-    // A run without a result has nothing that could leave.
+    // Without a result there is nothing to deliver.
     const bool could_leave = one.verdict != Verdict::kNoResult;
     const bool is_red = IsRed(holds.final_verdict), is_decided = !holds.disposed_by.empty();
     if (is_red ? !could_leave || !(is_decided || !counts) : !(is_decided && counts)) continue;
@@ -364,7 +364,7 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   const bool is_refused =
       !held.decisions.empty() && held.decisions.back().verdict == Verdict::kFail;
   if (is_refused || calibration.decisions.empty()) return held;
-  // A store into which this one was collected may know more.
+  // A store into which this one was collected may have later decisions.
   const Decision& last = calibration.decisions.back();
   bool is_of_another =
       counts && ((*unit)->disposed_by.empty() || last.created > (*unit)->disposed_at);

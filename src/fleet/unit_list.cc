@@ -30,8 +30,8 @@ namespace fs = std::filesystem;
 
 /// A line of CSV.
 struct CsvLine {
-  std::vector<std::string> texts;  ///< Quotes taken off.
-  bool ends_in_quotes = false;     ///< One is left open.
+  std::vector<std::string> texts;  ///< Without quotes.
+  bool ends_in_quotes = false;     ///< A quote is left open.
 };
 
 CsvLine FieldsOf(std::string_view line) {
@@ -51,7 +51,7 @@ CsvLine FieldsOf(std::string_view line) {
   return {std::move(fields), is_quoted};
 }
 
-/// A line without the carriage return of other systems, and without their mark in front.
+/// Reads a line and removes a carriage return and a byte order mark.
 bool NextLine(std::ifstream* file, std::string* line) {
   if (!std::getline(*file, *line)) return false;
   if (line->ends_with('\r')) line->pop_back();
@@ -66,7 +66,7 @@ std::vector<std::string_view> ListColumns() {
   return columns;
 }
 
-/// Whether a CSV is a list of logs: it has a column that is called so.
+/// Whether a CSV is a list of logs: it has a column named `log`.
 bool IsList(const fs::path& path) {
   if (!EndsIn(path.filename().string(), ".csv")) return false;
   std::ifstream file(path, std::ios::binary);
@@ -74,7 +74,7 @@ bool IsList(const fs::path& path) {
   while (NextLine(&file, &line) && (line.empty() || line.starts_with('#'))) {
   }
   const std::vector<std::string> header = FieldsOf(line).texts;
-  // Spelled a little otherwise it is a list with a mistake, not a log.
+  // A misspelled `log` makes it a list with an error rather than a log.
   return std::any_of(header.begin(), header.end(), [](const std::string& field) {
     std::string word;
     for (const char c : field) {
@@ -108,22 +108,22 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
   return {};
 }
 
-/// Where a log is in a folder, or else that it is elsewhere.
+/// The position of a log relative to a folder, or its full path if it is elsewhere.
 std::string PlaceIn(const fs::path& folder, const fs::path& log) {
   const fs::path place = fs::path(WholePath(log)).lexically_relative(WholePath(folder / "."));
   return place.empty() || *place.begin() == ".." ? WholePath(log) : place.generic_string();
 }
 
-/// Of a log that is named by itself: its name and its folder's.
+/// The position of a log that is named directly: its folder's name and its own.
 std::string PlaceOfLog(const fs::path& log) {
   const fs::path whole = WholePath(log);
   return (whole.parent_path().filename() / whole.filename()).generic_string();
 }
 
-/// When a unit was measured, by a line of a list: not in a time to come, since no later run would
-/// count then.
+/// The time of measurement in a line of a list. Error: it is in the future, since no later run
+/// would count then.
 Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
-  constexpr double kDayS = 86400.0;  // Clocks may be of another time zone.
+  constexpr double kDayS = 86400.0;  // A clock may be off by a time zone.
   const double seconds = line::SecondsOf(text);
   if (std::isnan(seconds)) {
     return Error(ErrorCode::kInvalidValue,
@@ -140,7 +140,7 @@ Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) 
   return line::MomentOf(static_cast<std::int64_t>(seconds));
 }
 
-/// The unit of a line of a list.
+/// The unit in a line of a list.
 Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
                              const std::vector<std::string>& fields,
                              const FilePlace& place) {
@@ -183,7 +183,7 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   std::vector<std::string> header;
   const std::size_t before = units->size();
   FilePlace place{path.string()};
-  std::string missing;  // The first, and where it is named.
+  std::string missing;  // The first one, and its place.
   FilePlace missing_place;
   std::size_t missing_count = 0;
   for (std::string line; NextLine(&file, &line);) {
@@ -211,13 +211,13 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     }
     units->push_back(std::move(unit));
   }
-  // What has no recording was not measured, so is no unit's run.
+  // Without a recording a unit was not measured, so it has no run.
   if (missing_count > 0) return MissingLogs(missing_place, missing, missing_count);
   if (units->size() > before) return {};
   return Error(ErrorCode::kNoReadings, {path.string()}, "is a list without a line for a log");
 }
 
-/// What is in a folder and below, in the order of names.
+/// Adds the logs in a folder and below, ordered by name.
 Status AddFolder(const fs::path& folder, std::vector<UnitOrder>* units) {
   std::vector<std::string> logs;
   TRUETRIAD_RETURN_IF_ERROR(ForEachLog(
@@ -239,7 +239,7 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
   std::error_code failure;
   if (fs::is_directory(word, failure)) return AddFolder(word, units);
   if (fs::exists(word, failure)) {
-    // A pipe would wait for somebody to write to it.
+    // Opening a pipe would wait for a writer.
     if (!fs::is_regular_file(word, failure)) {
       return Error(ErrorCode::kUnreadableFile, {word}, "is neither a file nor a folder");
     }
@@ -252,7 +252,7 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
     return Error(ErrorCode::kUnreadableFile, {word}, "there is no folder " + folder.string());
   }
   glob_t found{};
-  const int code = glob(word.c_str(), GLOB_ERR, nullptr, &found);  // In the order of names.
+  const int code = glob(word.c_str(), GLOB_ERR, nullptr, &found);  // Sorted by name.
   if (code == GLOB_ABORTED) {
     globfree(&found);
     return Error(ErrorCode::kUnreadableFile,
@@ -270,7 +270,7 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
   return {};
 }
 
-/// Whether `name` is `pattern` with anything for each `*`.
+/// Whether `name` matches `pattern`, in which `*` stands for any text.
 bool Matches(std::string_view name, std::string_view pattern) {
   const std::size_t star = pattern.find('*');
   if (star == std::string_view::npos) return name == pattern;
@@ -283,7 +283,7 @@ bool Matches(std::string_view name, std::string_view pattern) {
 
 constexpr std::string_view kSerialMark = "{serial}";
 
-/// What stands for {serial} in `name`, as short as it can be; unset: it does not match.
+/// The shortest text for {serial} in `name`; unset: no match.
 std::optional<std::string> SerialIn(std::string_view name, std::string_view pattern) {
   const std::size_t mark = pattern.find(kSerialMark);
   const std::string_view before = pattern.substr(0, mark),
@@ -297,7 +297,7 @@ std::optional<std::string> SerialIn(std::string_view name, std::string_view patt
   return std::nullopt;
 }
 
-/// Error (usage): the experiment of `plan` states a serial number; it would be that of `whose`.
+/// Error (usage): the experiment of `plan` states a serial number, which units `whose` would get.
 Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
   if (experiment.serial.empty()) return {};
@@ -310,7 +310,7 @@ Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
           .About("device.serial"));
 }
 
-/// A name that several logs have is no serial number.
+/// Marks names that several logs share, which cannot be serial numbers.
 void MarkSharedNames(std::vector<UnitOrder>* units) {
   std::map<std::string, int> counts;
   for (const UnitOrder& unit : *units) {
@@ -356,7 +356,7 @@ Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
   if (pattern.empty()) return {};
   fs::path path = unit->log;
   if (path.filename() == kManifestName) path = path.parent_path();
-  // An ending that the pattern does not show is no part of a serial number.
+  // The file's ending is not part of the serial number if the pattern ends in {serial}.
   const bool ends_with_serial = pattern.ends_with(kSerialMark);
   const std::optional<std::string> serial =
       SerialIn(ends_with_serial ? SerialOfName(unit->log) : path.filename().string(), pattern);

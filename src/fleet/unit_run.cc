@@ -24,7 +24,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Each number that a limit is for by itself, so that a line can look at every axis of its units.
+/// Splits each limit into its components, so that a line can examine every axis of its units.
 std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
   std::vector<LimitCheck> list;
   for (const LimitCheck& check : limits) {
@@ -32,7 +32,7 @@ std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
     one.components.clear();
     if (check.components.empty()) list.push_back(one);
     for (const LimitComponent& own : check.components) {
-      // As in the check: a name that has its component does not say it again.
+      // As in the check: a name that includes its component does not repeat it.
       one.component = check.component.empty() ? "" : own.component;
       one.worst = own.value, one.sigma = own.sigma, one.outside = own.outside, one.pass = own.pass;
       list.push_back(one);
@@ -57,7 +57,7 @@ void TakeParameters(const Calibration& calibration, UnitRun* run) {
   }
 }
 
-/// What TreeOf makes of each.
+/// A JSON list of TreeOf for each item.
 template <typename Thing>
 Json TreesOf(const std::vector<Thing>& things) {
   Json list = Json::array();
@@ -70,7 +70,7 @@ void TakeTrees(const Json& list, std::vector<Thing>* things) {
   for (const Json& item : list) TakeTree(item, &things->emplace_back());
 }
 
-/// A name of NewRunId's kind for a moment, microseconds since 1970.
+/// A name as of NewRunId for a time in microseconds since 1970.
 std::string RunIdAt(std::int64_t us) {
   static std::mt19937 random(std::random_device{}());
   const auto seconds = static_cast<std::time_t>(us / 1'000'000);
@@ -86,7 +86,7 @@ std::string RunIdAt(std::int64_t us) {
 }  // namespace
 
 const RunCode* RunCodeOf(std::string_view code) {
-  // What stands behind a colon may be any name.
+  // After a colon any name may follow.
   const auto kind_of = [](std::string_view name) { return name.substr(0, name.find(':')); };
   const auto found = std::ranges::find_if(
       kRunCodes, [&](const RunCode& one) { return kind_of(one.name) == kind_of(code); });
@@ -184,7 +184,7 @@ std::string NewRunIdAfter(const std::string& id) {
   if (now > id) return now;
   std::tm utc{};
   const char* const rest = strptime(id.c_str(), "%Y%m%dT%H%M%S.", &utc);
-  if (rest == nullptr) return id + "+";  // Not of this program's making.
+  if (rest == nullptr) return id + "+";  // Not made by this program.
   std::int64_t us = 0;
   std::from_chars(rest, id.c_str() + id.size(), us);
   return RunIdAt(std::int64_t{timegm(&utc)} * 1'000'000 + us + 1);

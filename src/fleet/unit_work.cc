@@ -37,7 +37,7 @@ double CpuSeconds() {
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
-/// What sets a key of an experiment to `value`.
+/// The override that sets a key of an experiment to `value`.
 std::string OverrideText(std::string_view key, const std::string& value) {
   YamlText yaml;
   yaml << key << "=" << Quoted{value};
@@ -56,7 +56,7 @@ bool IsOfTag(const std::string& override_text) {
   });
 }
 
-/// The log says that it is of another unit than what the order was made from.
+/// The error for a log that states another unit than the order.
 Error OtherDevice(const UnitOrder& order, const Error& error) {
   const Result<std::unique_ptr<SampleSource>> log = OpenRecording(order.log);
   if (!log) return error;
@@ -66,7 +66,7 @@ Error OtherDevice(const UnitOrder& order, const Error& error) {
                    (*log)->info().serial + "`; correct the one that is wrong");
 }
 
-/// The experiment of a unit, and what was read of its log to make one where none was stated.
+/// The experiment of a unit, and the poses read from its log if none was stated.
 struct UnitTask {
   Experiment experiment;
   std::optional<LoadedPoses> loaded;
@@ -94,7 +94,7 @@ Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   return task;
 }
 
-/// The files of a usable calibration, and of one that is not: what says why. All or an error.
+/// Writes the files of a calibration; one that is not usable states why. All or an error.
 Status WriteFiles(const WorkPlan& plan,
                   const Calibration& calibration,
                   const PoseSet& poses,
@@ -116,8 +116,8 @@ Status WriteFiles(const WorkPlan& plan,
   return WriteResult(folder, calibration, report);
 }
 
-/// The station that a recording itself states is where it was measured: what else is stated must
-/// agree, or the check of another station's golden unit would count.
+/// Error: the recording states another station than the order, by which the check of a wrong
+/// station's golden unit would count.
 Status AgreeOnStation(const UnitRun& run) {
   if (!IsManifest(run.log)) return {};
   const std::string own = IdentityInManifest(run.log).tags.station;
@@ -192,7 +192,7 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan) {
   if (!plan.config_text.empty()) {
     return ReadExperimentText(plan.config_text, plan.config_path, plan.overrides);
   }
-  // Each log has its own sensors: what is wrong with any of them is wrong before one is read.
+  // Each log has its own sensors, so an override must be valid for some set of them.
   std::optional<Error> error;
   for (const char* const sensors : {"accelerometer: {}, gyroscope: {}, magnetometer: {}",
                                     "accelerometer: {}, gyroscope: {}",
@@ -240,7 +240,7 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
 std::string SerialOfName(const std::string& log) {
   fs::path path = fs::absolute(log).lexically_normal();
   if (path.filename() == kManifestName) return path.parent_path().filename().string();
-  // A packed log is the log of the same unit.
+  // A compressed log is the log of the same unit.
   if (EndsIn(path.filename().string(), ".gz")) path = path.stem();
   return path.stem().string();
 }
@@ -281,7 +281,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
     const Status status = Calibrate(plan, order, &run);
     if (!status) Fill(status.error(), &run);
   } catch (const std::bad_alloc&) {
-    run.verdict = Verdict::kNoResult;  // Its files may be what there was no memory for.
+    run.verdict = Verdict::kNoResult;  // Writing its files may be what exceeded the memory.
     run.code = kMemoryLimit;
     run.message = order.log + ": needs more memory than a unit may have";
   } catch (const std::exception& failure) {
@@ -307,7 +307,7 @@ std::string PercentEncoded(std::string_view text, std::string_view plain) {
 }
 
 std::string FolderNameOf(std::string_view serial) {
-  constexpr std::size_t kLongest = 120;  // Of 255 bytes that file systems take.
+  constexpr std::size_t kLongest = 120;  // Well below the 255 bytes of file systems.
   std::string name = PercentEncoded(serial, "-_.");
   if (name.starts_with('.')) name.replace(0, 1, "%2E");
   if (name.size() > kLongest) {

@@ -44,7 +44,7 @@ bool WriteAll(int stream, std::string_view text) {
   return true;
 }
 
-/// Without its end; unset: the stream has ended.
+/// A line without its newline; unset: the stream has ended.
 std::optional<std::string> NextLine(std::FILE* file) {
   char* text = nullptr;
   std::size_t size = 0;
@@ -54,9 +54,9 @@ std::optional<std::string> NextLine(std::FILE* file) {
   return std::string(text, static_cast<std::size_t>(count - 1));
 }
 
-/// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log has PART
-/// in its name; hang and memory likewise, and grow to half of what it may have. Several with commas
-/// between them.
+/// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log's name
+/// contains PART; hang, memory, and grow (to half of the memory limit) likewise. Commas separate
+/// several.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
@@ -80,7 +80,7 @@ void FailOnPurpose(const UnitOrder& order) {
   }
 }
 
-/// Nobody is at the other end, whatever can still be read from it.
+/// Whether the other end of the stream is closed, even if data are left to read.
 bool IsAbandoned(int stream) {
   pollfd end{stream, 0, 0};
   return poll(&end, 1, 0) > 0 && (end.revents & (POLLHUP | POLLERR)) != 0;
@@ -98,9 +98,9 @@ std::string HowEnded(int status) {
 }  // namespace
 
 int ServeAsWorker(int stream) {
-  // With the parent, however that ends; and not by what is meant for the parent.
+  // The worker dies with its parent, and ignores signals meant for the parent.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // One that ended before has left its orders: nobody waits for what they make.
+  // A parent that has already ended may have left orders, whose results nobody reads.
   if (IsAbandoned(stream)) return 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   std::FILE* const file = fdopen(stream, "r");
@@ -126,10 +126,10 @@ int ServeAsWorker(int stream) {
 struct WorkerPool::Worker {
   pid_t process = 0;  ///< 0: not started.
   int stream = -1;
-  std::string text;  ///< Read, and not a whole line yet.
+  std::string text;  ///< Incomplete line that was read.
   std::optional<UnitOrder> order;
-  std::optional<LogStamp> stamp;  ///< Of its log when it was given.
-  int units = 0;                  ///< Done.
+  std::optional<LogStamp> stamp;  ///< State of its log when given.
+  int units = 0;                  ///< Number of finished units.
   Clock::time_point since;
 };
 
@@ -169,7 +169,7 @@ Status WorkerPool::Start(Worker* worker) {
   posix_spawn_file_actions_t streams;
   posix_spawn_file_actions_init(&streams);
   posix_spawn_file_actions_addopen(&streams, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  // What a library prints is no result.
+  // Output of libraries to stdout must not mix with results.
   posix_spawn_file_actions_adddup2(&streams, STDERR_FILENO, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&streams, ends[1], kStream);
   const int failure =
@@ -193,7 +193,7 @@ Status WorkerPool::Start(Worker* worker) {
 void WorkerPool::End(Worker* worker) {
   if (worker->stream >= 0) close(worker->stream);
   if (worker->process > 0) {
-    if (worker->order) kill(worker->process, SIGKILL);  // Else it ends by itself: no orders.
+    if (worker->order) kill(worker->process, SIGKILL);  // An idle worker ends without orders.
     while (waitpid(worker->process, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
@@ -204,7 +204,7 @@ Status WorkerPool::Give(UnitOrder order) {
   order.run = last_run_ = NewRunIdAfter(last_run_);
   for (const auto& worker : workers_) {
     if (worker->order) continue;
-    // One that has ended in the meantime is replaced once.
+    // A worker that has died meanwhile is replaced once.
     for (int attempt = 0; attempt < 2; ++attempt) {
       if (worker->process == 0) TRUETRIAD_RETURN_IF_ERROR(Start(worker.get()));
       if (WriteAll(worker->stream, LineOf(order))) break;
@@ -220,7 +220,7 @@ Status WorkerPool::Give(UnitOrder order) {
 }
 
 bool WorkerPool::HasGrown(const Worker& worker) const {
-  // The program itself, and what one unit has left, is no growth.
+  // The program and the leftovers of a first unit do not count as growth.
   constexpr int kFewUnits = 10;
   if (worker.process == 0 || worker.units < kFewUnits) return false;
   std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
@@ -231,7 +231,7 @@ bool WorkerPool::HasGrown(const Worker& worker) const {
 
 UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
-  // Its log as it was then: what has come since is to be calibrated, too.
+  // The log's state when given, so that later changes are calibrated, too.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.code = code;
@@ -283,7 +283,7 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
     if ((streams[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
       if (!run) continue;
-      // A fresh one has all of it again.
+      // A new process has its whole memory again.
       if (run->code == kMemoryLimit || HasGrown(*worker)) End(worker);
       runs.push_back(std::move(*run));
     } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
