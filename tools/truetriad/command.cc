@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-/// The second words of verbs that begin with `first`: "run, query" of "fleet".
+/// The second words of verbs that begin with `first`: "run, query" for "fleet".
 std::string SecondWords(std::string_view first) {
   std::string words;
   for (const Command& command : Commands()) {

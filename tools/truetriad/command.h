@@ -18,59 +18,59 @@ namespace truetriad {
 /// Exit codes of verbs that do not fail.
 inline constexpr int kExitGood = 0;
 inline constexpr int kExitNotEnough = static_cast<int>(ErrorKind::kNotEnough);
-inline constexpr int kExitOutsideLimits = 4;
+inline constexpr int kExitOutsideLimits = 4;  // After the error kinds, 1 to 3.
 
-/// What a verb has to say.
+/// The result of a verb.
 struct VerbResult {
   int exit_code = kExitGood;
   std::string text = {};         ///< On stdout, for people.
   Json result = Json::object();  ///< With --json, for programs.
-  /// The same for both: notes, and why the result is not all that was asked for.
+  /// Notes, and why the result is incomplete, for both.
   Findings findings = {};
-  /// What to say on stderr, too: why there is not more.
+  /// Text for stderr, too: why the result is incomplete.
   std::string failure = {};
-  /// Why a result cannot be used, or that it can, where the verb judges that.
+  /// Whether the result can be used and why not, where the verb judges that.
   std::optional<Outcome> outcome = {};
-  /// Of the unit, where the verb judges one.
+  /// The verdict on the unit, where the verb judges one.
   std::optional<Verdict> verdict = {};
-  /// How good the news in the first line of the text is, for its colour; unset: no news.
+  /// The grade of the first line of the text, which sets its colour; unset: none.
   std::optional<Grade> grade = {};
 };
 
-/// A text that is all there is.
+/// A result of only a text.
 inline VerbResult Shown(const std::string& text) {
   return {.text = text, .result = {{"text", text}}};
 }
 
-/// A flag as a verb takes it.
+/// A flag of a verb.
 struct CommandFlag {
-  std::string name;                 ///< With hyphens where gflags' has underscores.
-  std::string placeholder;          ///< What stands for the value in help: "LOG".
-  std::string meaning;              ///< What help says of it.
-  std::vector<std::string> values;  ///< What it can be, for completion; empty: anything.
+  std::string name;                 ///< With hyphens instead of gflags' underscores.
+  std::string placeholder;          ///< The name of the value in help: "LOG".
+  std::string meaning;              ///< The description in help.
+  std::vector<std::string> values;  ///< The possible values, for completion; empty: any value.
   std::optional<char> letter;       ///< "-o" for --output; none for most.
   bool required = false;
-  bool repeats = false;  ///< May be given again: the values are joined by lines.
+  bool repeats = false;  ///< It may be given several times; the values are joined by newlines.
 };
 
 /// One verb of the command line.
 struct Command {
   std::string_view name;
   std::string_view summary;         ///< The question it answers, half a line.
-  std::string_view examples;        ///< Lines that work from the root of the repository.
-  std::string_view details = {};    ///< What else a user must know.
-  std::string (*list)() = nullptr;  ///< What comes before that and takes a while to put together.
-  /// Names of flags, "input=FILE! set*": `!` after one that must be given, `*` after one that may
-  /// be given again, `=` before what stands for the value, where it is not what the flag's own
-  /// description begins with ("LOG: the log, …"). Words in small letters are all values there are.
+  std::string_view examples;        ///< Lines that work in the root of the repository.
+  std::string_view details = {};    ///< Further help for the user.
+  std::string (*list)() = nullptr;  ///< A text before that which is slow to build.
+  /// Names of flags, "input=FILE! set*": `!` follows a required flag, `*` one that may be repeated,
+  /// `=` precedes the name of the value if the flag's own description does not begin with it ("LOG:
+  /// the log, …"). Words in lower case are all possible values.
   std::string flags = {};
-  /// The values of flags of which that does not tell.
+  /// The possible values of flags for which `flags` does not state them.
   std::vector<std::pair<std::string_view, std::vector<std::string>>> values = {};
-  /// Flags that words without a flag stand for, one each, in this order.
+  /// Flags that words without a flag set, one each, in this order.
   std::vector<std::string_view> words = {};
-  /// What any further words are values of: a flag, or the name of something else.
+  /// The meaning of further words: a flag, or the name of something else.
   std::string_view more_words = {};
-  /// Does the work with these further words; flags have been checked and set.
+  /// Does the work with these further words, after flags have been checked and set.
   Result<VerbResult> (*run)(const std::vector<std::string>& words) = nullptr;
 };
 
@@ -79,17 +79,17 @@ std::string GflagsName(std::string_view flag);
 
 std::vector<CommandFlag> FlagsOf(const Command& command);
 
-/// "truetriad evaluate [FILE] [LOG] [flags]": words stand for the flags of these names.
+/// "truetriad evaluate [FILE] [LOG] [flags]": the words set the flags of these names.
 std::string UsageOf(const Command& command);
 
 /// The verbs of this version, in the order of the overview.
 const std::vector<Command>& Commands();
 
-/// How many of `arguments`, which are not empty, make the name of a verb: 2 for "fleet run".
+/// The number of `arguments` (not empty) that form the name of a verb: 2 for "fleet run".
 std::size_t VerbWords(const std::vector<std::string>& arguments);
 
-/// The command called `name`. Error (usage): there is none; says which is nearest, or that this
-/// version does not have it.
+/// The command called `name`. Error (usage): there is none; the message suggests the nearest, or
+/// states that this version lacks it.
 Result<const Command*> FindCommand(std::string_view name);
 
 /// The overview of all verbs.
@@ -97,7 +97,7 @@ std::string OverviewText();
 /// Everything about one verb, example first.
 std::string HelpText(const Command& command);
 
-// In commands/, and in help.cc.
+// Defined in commands/ and in help.cc.
 Command InspectCommand();
 Command InitCommand();
 Command CheckCommand();

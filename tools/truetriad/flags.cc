@@ -70,7 +70,7 @@ DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 namespace truetriad {
 namespace {
 
-/// Names of tags, in their order, and where an experiment states them: "device." or "run.".
+/// Names of tags in order, with their section in an experiment: "device." or "run.".
 std::vector<std::pair<std::string_view, const char*>> TagNames() {
   std::vector<std::pair<std::string_view, const char*>> tags;
   for (const TagKey& tag : kDeviceTags) tags.emplace_back(tag.key, "device.");
@@ -78,7 +78,7 @@ std::vector<std::pair<std::string_view, const char*>> TagNames() {
   return tags;
 }
 
-/// "station=S3" of "L17,station=S3": what somebody took for a list. Empty: there is none.
+/// A tag inside a value by a mistaken comma: "station=S3" in "L17,station=S3". Empty: none.
 std::string TagWithin(const std::string& value) {
   for (const auto& [name, place] : TagNames()) {
     const std::size_t at = value.find("," + std::string(name) + "=");

@@ -13,7 +13,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/report/report.h"
 
-// Flags that several verbs share; gflags stops the program at a second definition.
+// Flags that several verbs share; gflags aborts at a second definition.
 DECLARE_string(input);
 DECLARE_string(output);
 DECLARE_string(config);
@@ -32,17 +32,16 @@ DECLARE_bool(quiet);
 
 namespace truetriad {
 
-/// The items of --set. Brackets and quotes that do not match are left for the YAML reader to
-/// report.
+/// The items of --set. Unbalanced brackets and quotes are left to the YAML reader to report.
 std::vector<std::string> Overrides();
 
-/// Those and the values of --tag. Error (usage): a tag without value, or with another name.
+/// The same with the values of --tag. Error (usage): a tag without value, or of an unknown name.
 Result<std::vector<std::string>> OverridesAndTags();
 
-/// The values of a flag that takes several with commas between them.
+/// The comma-separated values of a flag.
 std::vector<std::string> CommaSeparated(const std::string& values);
 
-/// The logs of --input (a file whose name has a comma is one) and of `words`.
+/// The logs of --input (a file whose name has a comma counts as one) and of `words`.
 std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
 
 /// The names of things that have one.
@@ -53,10 +52,10 @@ std::vector<std::string> NamesOf(const Things& things) {
   return names;
 }
 
-/// Of a flag's value: "--jobs=-1 is invalid; expected …".
+/// The error for a flag's value: "--jobs=-1 is invalid; expected …".
 Error BadValue(std::string_view flag, const std::string& value, const std::string& what);
 
-/// Error (usage): the value is none of these, or is what `is_not` says.
+/// Error (usage): the value is not one of these; the message ends with `is_not`.
 Status CheckOneOf(std::string_view flag,
                   const std::string& value,
                   const std::vector<std::string>& words,
@@ -65,7 +64,7 @@ Status CheckOneOf(std::string_view flag,
 /// Error (usage): --fail-on is neither empty nor `word`.
 Status CheckFailOn(const std::string& word);
 
-/// Whether --report, of verbs that write reports for themselves, is true, or not given.
+/// Whether --report is true or not given, for verbs that write reports by default.
 Result<bool> StatedReport(const std::string& hint = "");
 
 /// "12" or "0.5". Error (usage) names the flag.
@@ -78,25 +77,25 @@ Result<double> ParseDuration(const std::string& flag, const std::string& text);
 /// The value of --instance.
 Result<std::optional<int>> ParseInstance();
 
-/// Whether --outside-limits allows exports of units that may not leave.
+/// Whether --outside-limits allows exports of units that may not be delivered.
 Result<bool> AllowsOutsideLimits();
 
-/// The value of --units: each unit goes to the sensor that it is a unit of, `counts` to all.
+/// The value of --units: each unit applies to the sensor of its quantity, `counts` to all.
 Result<PerTriad<std::optional<std::string>>> ParseUnits();
 
-/// By --interactive.
+/// The looks by --interactive.
 ReportLooks StatedLooks();
 
-/// Plotly's bundle gl3d with its licence; empty where it was not there at build time.
+/// Plotly's bundle gl3d with its licence; empty if it was missing at build time.
 EmbeddedScript EmbeddedPlotScript();
 
-/// As printf.
+/// Formats like printf.
 [[gnu::format(printf, 1, 2)]] std::string Formatted(const char* format, ...);
 
-/// What people should know of a run, on stderr unless --quiet.
+/// Prints information about a run to stderr, unless --quiet.
 void Note(const std::string& text);
 
-/// What would do harm where nobody knows of it, on stderr, --quiet or not.
+/// Prints a warning that must not be missed to stderr, also with --quiet.
 void Warn(const std::string& text);
 
 }  // namespace truetriad

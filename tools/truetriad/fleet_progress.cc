@@ -30,7 +30,7 @@ std::string CountsText(const fleet::FleetProgress& progress) {
   return text.empty() ? "none" : text;
 }
 
-/// What is red, the most frequent first.
+/// Codes sorted by frequency.
 auto Pareto(const std::map<std::string, std::size_t>& counted) {
   std::vector<std::pair<std::string, std::size_t>> codes(counted.begin(), counted.end());
   std::stable_sort(
@@ -38,16 +38,16 @@ auto Pareto(const std::map<std::string, std::size_t>& counted) {
   return codes;
 }
 
-/// "18 runs of 3 units", "3 units" where each was run once, or the store does not know.
+/// "18 runs of 3 units"; "3 units" if each was run once, or the store does not know.
 std::string RunsText(const fleet::FleetProgress& progress) {
   const std::size_t units = progress.yield.units;
   if (units == 0 || units == progress.done) return Counted(progress.done, "unit");
   return Counted(progress.done, "run") + " of " + Counted(units, "unit");
 }
 
-/// "  B0003: refused by R. Roe (bent)", a line each of the first ones.
+/// "  B0003: refused by R. Roe (bent)", one line for each of the first units.
 std::string OverruledText(const std::map<std::string, std::string>& overruled) {
-  constexpr std::size_t kMostShown = 5;
+  constexpr std::size_t kMostShown = 5;  // More is left to `fleet query`.
   std::string text;
   std::size_t count = 0;
   for (const auto& [serial, why] : overruled) {
@@ -60,9 +60,9 @@ std::string OverruledText(const std::map<std::string, std::string>& overruled) {
   return text;
 }
 
-/// "B0001, B0002, B0003, …" of `count`.
+/// "B0001, B0002, B0003, …" for `count` units.
 std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
-  constexpr std::size_t kMostNamed = 3;
+  constexpr std::size_t kMostNamed = 3;  // Keeps the text within a line.
   std::string names;
   std::size_t named = 0;
   for (const std::string& serial : serials) {
@@ -72,8 +72,8 @@ std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
   return names + (count > std::min(serials.size(), kMostNamed) ? ", …" : "");
 }
 
-/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known (B0001, B0002, B0007)\n", or
-/// nothing.
+/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known (B0001, B0002, B0007)
+/// ", or empty.
 std::string WarningsText(const fleet::FleetProgress& progress) {
   if (progress.warned == 0) return "";
   std::string text = "  " + std::to_string(progress.warned) + " with warnings, though not FAIL";
@@ -95,8 +95,8 @@ std::string KnownText(const fleet::FleetProgress& progress) {
          NamesText(progress.known_units, count) + '\n';
 }
 
-/// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²": what the message says itself is not
-/// said before it.
+/// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²", without a part that the message
+/// repeats.
 std::string RedText(const fleet::UnitRun& run) {
   const std::string why = run.message.substr(0, run.message.find('\n'));
   std::string text(VerdictWords(run.verdict));
@@ -105,7 +105,7 @@ std::string RedText(const fleet::UnitRun& run) {
   return text + ": " + why;
 }
 
-/// What an operator does about a unit that is not good.
+/// The operator's action for a unit that is not good.
 std::string_view OperatorRemedy(const fleet::UnitRun& run) {
   if (const fleet::RunCode* const code = fleet::RunCodeOf(run.code)) return code->operator_remedy;
   if (const std::optional<FindingCode> code = FindingCodeFromName(run.code)) {
@@ -116,18 +116,18 @@ std::string_view OperatorRemedy(const fleet::UnitRun& run) {
   return is_cut_off ? "record again" : "call the engineer";
 }
 
-/// What another run or a person says of the run's unit, where that is another verdict.
+/// The verdict by another run or a person, if it differs from that of the run.
 std::optional<std::string> OverruledBy(const fleet::UnitRun& run,
                                        const fleet::FleetProgress& progress) {
   const auto by = progress.overruled.find(run.serial);
   return by == progress.overruled.end() ? std::nullopt : std::optional(by->second);
 }
 
-/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)", or where it is overruled
+/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)", or if it is overruled
 /// "B0003  FAIL by QA (cracked case): set it aside".
 std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
   if (const std::optional<std::string> by = OverruledBy(run, progress)) {
-    // The unit is good where this run is not, and not where it is.
+    // The unit's final state is the opposite of this run's.
     return run.serial + "  " + *by + (fleet::IsRed(run.verdict) ? "" : ": set it aside");
   }
   std::string text = run.serial + "  " + std::string(VerdictWords(run.verdict));
@@ -135,16 +135,15 @@ std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& 
   return text + "  " + std::string(OperatorRemedy(run)) + " (" + run.code + ")";
 }
 
-/// What a result begins with, and its colour.
+/// The first line of a result, and its grade.
 struct FirstLine {
   std::string text;
   Grade grade = Grade::kCaution;
 };
 
-/// Says the first of these that is true: some runs are not good (FleetProgress::NotGood says how
-/// many), some units are not good although all of their runs of now are, some units that were left
-/// out are not good, some were not done, nothing was done. Else it says how many of the runs were
-/// judged by no limits.
+/// States the first of these that applies: some runs are not good (number: FleetProgress::NotGood),
+/// some units are not good although all their present runs are, some skipped units are not good,
+/// some units were not done, nothing was done. Otherwise it states how many runs had no limits.
 FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;
@@ -240,7 +239,7 @@ std::string ProgressText(const fleet::FleetProgress& progress) {
   return text;
 }
 
-/// In ASCII: it may be a terminal that shows it.
+/// Prints ASCII only, since the output may be a terminal.
 void PrintLine(const Json& json) {
   const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
   std::fputs(text.c_str(), stderr);

@@ -20,25 +20,24 @@ DECLARE_bool(csv);
 
 namespace truetriad {
 
-/// What `fleet run` starts itself as, once a process; not for people.
+/// The verb by which `fleet run` starts its worker processes; not for users.
 inline constexpr std::string_view kFleetWorker = "fleet-worker";
-/// What --fail-on of the verbs that calibrate takes.
+/// The value of --fail-on for verbs that calibrate.
 inline constexpr char kFailOnUnit[] = "unit";
-/// What --progress takes.
+/// The value of --progress.
 inline constexpr char kProgressLines[] = "jsonl";
 
 /// The value of --store, or the one in the output folder.
 std::string StatedStore();
 
-/// The store of --store, to be read. `asks`: a user's own SQL is asked of it, if --where is not.
+/// Opens the store of --store for reading. `asks`: for SQL of the user, also without --where.
 Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks = false);
 
-/// What `fleet run` and `fleet watch` say on stderr meanwhile: with --progress=jsonl a line of JSON
-/// about each run and each note, else notes, and on a terminal a line with rate, time left and
-/// failures.
+/// Messages of `fleet run` and `fleet watch` on stderr: with --progress=jsonl a line of JSON for
+/// each run and note, else notes, and on a terminal a line with rate, time left and failures.
 class FleetTalk {
  public:
-  /// `names_all`: a line for an operator about each unit, good ones, too.
+  /// `names_all`: prints a line for an operator about each unit, including good ones.
   explicit FleetTalk(bool names_all = false);
 
   fleet::FleetListener Listener();
@@ -53,7 +52,7 @@ class FleetTalk {
   ProgressLine line_{""};
 };
 
-/// What has become of the units. Exit code 4 with --fail-on=unit and one that is not good.
+/// The summary of the units. Exit code 4 with --fail-on=unit if one is not good.
 VerbResult FleetResult(const fleet::FleetProgress& progress);
 
 }  // namespace truetriad

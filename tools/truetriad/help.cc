@@ -32,7 +32,7 @@ constexpr std::array<std::string_view, 5> kExitCodes = {
     "readable, but not enough for a calibration",
     "usable, but outside the stated limits (fleet run: with --fail-on=unit)"};
 
-/// What ends the help of every verb.
+/// The end of the help of every verb.
 std::string CommonText() {
   std::string codes = "Exit codes:";
   for (std::size_t i = 0; i < kExitCodes.size(); ++i) {
@@ -52,8 +52,8 @@ std::string Indented(std::string lines) {
   return "  " + lines + '\n';
 }
 
-/// `examples` as they are typed: from the root of the repository, or where the program is
-/// installed, in any folder.
+/// The examples with paths valid here: in the root of the repository, or for an installed program
+/// in any folder.
 std::string ExampleText(std::string_view examples) {
   const std::string_view known = "configs/experiments/joint.yaml";
   const Result<std::string> installed = FindSharedFile(known);
@@ -71,8 +71,8 @@ std::string ExampleText(std::string_view examples) {
   return "Example:\n" + Indented(text);
 }
 
-/// `text` as it is, for troff: neither escapes, nor hyphens that break or turn into dashes, nor
-/// requests at the begin of a line.
+/// `text` escaped for troff: no escapes, no hyphens that break or become dashes, and no requests at
+/// the beginning of a line.
 std::string Plain(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -90,12 +90,12 @@ std::string Plain(std::string_view text) {
   return plain;
 }
 
-/// Lines of source code or a table.
+/// Lines of source code or of a table, not filled.
 std::string Verbatim(std::string_view lines) {
   return ".PP\n.nf\n" + Plain(lines) + (lines.ends_with('\n') ? "" : "\n") + ".fi\n";
 }
 
-/// "-o, --output".
+/// The names of a flag, "-o, --output".
 std::string NamesOf(const CommandFlag& flag) {
   return (flag.letter ? std::string("-") + *flag.letter + ", " : "") + "--" + flag.name;
 }
@@ -120,7 +120,7 @@ std::string ManPageOf(const Command& command) {
   return text + ".PP\nExample:\n" + Verbatim(command.examples);
 }
 
-/// What comes before the verbs in truetriad.1.
+/// The beginning of truetriad.1, before the verbs.
 constexpr std::string_view kManHead = R"(.TH TRUETRIAD 1 "" "truetriad @version@" "User Commands"
 .SH NAME
 truetriad \- calibrate accelerometers, magnetometers and gyroscopes
@@ -135,7 +135,7 @@ Results go to stdout, messages to stderr; \-\-v=1 adds the library's log. A flag
 .SH VERBS
 )";
 
-/// And after them and the exit codes. Installing puts the prefix before the folders
+/// The end of truetriad.1, after the exit codes. Installation puts the prefix before the folders
 /// (tools/cmake/InstalledTexts.cmake).
 constexpr std::string_view kManTail = R"(.SH ENVIRONMENT
 .TP
@@ -173,7 +173,7 @@ std::string Joined(const std::vector<std::string>& words) {
   return text;
 }
 
-/// What completes the value of `flag`, as a line of shell.
+/// The shell line that completes the value of `flag`.
 std::string ValueLine(const CommandFlag& flag) {
   std::string how;
   if (!flag.values.empty()) {
@@ -202,7 +202,7 @@ std::string CompletionOf(const Command& command) {
   return text + "    flags='" + names + "--help" + words + "' ;;\n";
 }
 
-/// A script for bash, which splits words at `=`: "--to=p" arrives as "--to", "=", "p".
+/// A script for bash, which splits words at `=`: "--to=p" becomes "--to", "=", "p".
 constexpr std::string_view kBashCompletion =
     R"script(# bash completion for truetriad; made by `truetriad help --as=bash`
 _truetriad() {

@@ -7,7 +7,7 @@
 namespace truetriad {
 namespace {
 
-/// The signal that asked the program to end, or 0.
+/// The signal that asked the program to end; 0: none.
 volatile std::sig_atomic_t ended_by = 0;
 
 extern "C" void NoteEnd(int signal) {

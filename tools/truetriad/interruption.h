@@ -3,14 +3,14 @@
 
 namespace truetriad {
 
-/// From here on SIGINT and SIGTERM are noted and do not end the program, so that it can remove what
-/// is half written; a second one of the kind does. A signal that is ignored (nohup) stays so.
+/// From now on SIGINT and SIGTERM are recorded instead of ending the program, so that it can remove
+/// incomplete files; a second one ends it. An ignored signal (nohup) stays ignored.
 void NoteInterruptions();
 
-/// True once a signal has been noted.
+/// Whether a signal was recorded.
 bool IsInterrupted();
 
-/// Ends the program as the noted signal would have done. Nothing to do without one.
+/// Ends the program as the recorded signal would have. Returns if there was none.
 void EndAsInterrupted();
 
 }  // namespace truetriad

@@ -10,50 +10,50 @@
 
 #include "truetriad/base/result.h"
 
-// Of a log's contents, what is to be converted; with --instance and --units of flags.h.
+// Selects the contents of a log to convert, with --instance and --units of flags.h.
 DECLARE_string(topic);
 DECLARE_string(columns);
 
 namespace truetriad {
 
-/// `program`, one that runs under Node and comes with this one. Error (usage): it or Node is not
-/// there; begins with the `flag` that needs it and says what to install.
+/// The path of `program`, which is part of this distribution and runs under Node. Error (usage): it
+/// or Node is missing; the message begins with the `flag` that needs it and states what to install.
 Result<std::string> FindNodeProgram(const std::string& program, const std::string& flag);
 
-/// How a program ended, and what it said, where that was captured: else it has been shown.
+/// The exit code of a program, and its output if that was captured (else it was shown).
 struct ProgramRun {
   int exit_code = 0;
   std::string out, err;
 };
 
-/// Runs a program to its end, or says why it did not run. `captures` what it says.
+/// Runs a program to its end. `captures` its output. Error: it could not run.
 Result<ProgramRun> RunProgram(const std::string& program,
                               const std::vector<std::string>& arguments,
                               bool captures);
 
-/// A format that a converter program reads.
+/// A log format that a converter program reads.
 struct LogFormat {
   std::string_view name;
   std::string_view description;
-  std::string_view needs = {};       ///< To build the program; empty: nothing that may be missing.
-  std::string_view how_to_log = {};  ///< What makes a vehicle log what a calibration needs.
+  std::string_view needs = {};       ///< Needed to build the program; empty: nothing optional.
+  std::string_view how_to_log = {};  ///< How a vehicle is set to log what a calibration needs.
 };
 
-/// The format of a log, or of a folder of a log's files, by how it begins; null: not one of these.
+/// The format of a log, or of a folder of a log's files, by its first bytes; null: another format.
 const LogFormat* LogFormatOf(const std::string& log);
 
-/// Converts a log into `folder`: its recordings by the number of their sensors, or --instance.
+/// Converts a log into `folder`. Returns recordings by sensor instance, or only --instance.
 Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
                                                 const std::string& log,
                                                 const std::string& folder);
 
-/// A file of configs/mappings, as the program was built with it.
+/// A file of configs/mappings as of the build.
 struct ShippedMapping {
   std::string_view name;  ///< "euroc"
   std::string_view text;
 };
 
-/// In the order of their names.
+/// All mappings, sorted by name.
 const std::vector<ShippedMapping>& ShippedMappings();
 
 }  // namespace truetriad

@@ -31,7 +31,7 @@
 namespace truetriad {
 namespace {
 
-/// Flags that every verb takes; v is glog's own: what the library logs.
+/// Flags of every verb; v is glog's: the library's logging level.
 constexpr std::array<std::string_view, 3> kCommonFlags = {"v", "json", "quiet"};
 
 bool IsCommon(std::string_view name) {
@@ -42,7 +42,7 @@ bool IsHelp(const std::string& argument) { return argument == "--help" || argume
 
 bool IsFlag(const std::string& argument) { return argument.size() > 1 && argument[0] == '-'; }
 
-// "--output=DIR" as its name and, where there is one, its value.
+// The name of "--output=DIR" and its value, if any.
 struct StatedFlag {
   std::string name;
   std::optional<std::string> value;
@@ -58,7 +58,7 @@ std::optional<StatedFlag> ParseFlag(const std::string& argument) {
   return stated;
 }
 
-// By its name or its one letter.
+// Finds a flag by its name or letter.
 std::optional<CommandFlag> FindFlag(const Command& command, std::string_view name) {
   for (CommandFlag& flag : FlagsOf(command)) {
     const bool is_letter = flag.letter && name == std::string_view(&*flag.letter, 1);
@@ -84,14 +84,14 @@ Error UnknownFlag(const Command& command, const std::string& name) {
       "--" + name + " is not a flag" + DidYouMean("--" + name, {flags.begin(), flags.end()}));
 }
 
-// Sets a command's flags from arguments. gflags' own parser would take the flags of every verb and
-// of every library, the last one winning.
+// Sets a command's flags from arguments. The parser of gflags would accept the flags of every verb
+// and library, and let the last value win.
 class FlagSetter {
  public:
   FlagSetter(const Command& command, const std::vector<std::string>& arguments)
       : command_(command), arguments_(arguments) {}
 
-  // Adds what was given, but for the names of outputs: what is no file is no input either.
+  // Guards the given values except those of outputs; a value that is no file is no input.
   void GuardInputs() const {
     for (const std::string& name : given_) {
       std::string value;
@@ -103,7 +103,7 @@ class FlagSetter {
     for (const std::string& word : more_words_) InputGuard::Add(word);
   }
 
-  // The words that are values of no flag.
+  // Returns the words that are not values of a flag.
   Result<std::vector<std::string>> Set() {
     for (; at_ < arguments_.size(); ++at_) {
       if (!only_words_ && arguments_[at_] == "--") {
@@ -128,7 +128,7 @@ class FlagSetter {
   }
 
  private:
-  // A word stands for the next of the flags that is not given; what is left over comes last.
+  // Assigns a word to the next flag that is not given; further words are collected.
   Status TakeWord() {
     const std::string& word = arguments_[at_];
     for (const std::string_view name : command_.words) {
@@ -198,7 +198,7 @@ class FlagSetter {
   std::vector<std::string> more_words_;
 };
 
-/// Whether people look at `stream` in a terminal that shows colours (https://no-color.org).
+/// Whether `stream` is a terminal that shows colours (https://no-color.org).
 bool ShowsColours(std::FILE* stream) {
   const char* const no_color = std::getenv("NO_COLOR");
   const char* const terminal = std::getenv("TERM");
@@ -223,7 +223,7 @@ void Say(std::string_view verb, const std::string& message) {
                Printable(message).c_str());
 }
 
-/// What ends a run, for programs: one object, and nothing else.
+/// Prints the result of a run for programs: a single JSON object.
 void PrintJson(const Json& json) { std::fputs(TextOf(json).c_str(), stdout); }
 
 int Fail(std::string_view verb, const Error& error) {
@@ -256,7 +256,7 @@ int Show(std::string_view verb, const VerbResult& result) {
   return result.exit_code;
 }
 
-/// Before flags are read: an error about them is to be in the form that was asked for.
+/// Checked before flags are parsed, so that an error about them has the requested form.
 bool AsksForJson(const std::vector<std::string>& arguments) {
   return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
     return argument == "--json" || argument == "--json=true";
@@ -308,10 +308,10 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
   return exit_code;
 }
 
-// Memory that is given back is taken again soon: pages that stay need not be cleared and mapped
-// anew, which was a tenth of the time of a calibration.
+// Freed memory is used again soon: pages that are kept need not be cleared and mapped anew, which
+// took a tenth of the time of a calibration.
 void KeepFreedMemory() {
-  constexpr int kMiB = 1 << 20;
+  constexpr int kMiB = 1 << 20;  // Thresholds of 32 MiB keep whole blocks.
   mallopt(M_MMAP_THRESHOLD, 32 * kMiB);
   mallopt(M_TRIM_THRESHOLD, 32 * kMiB);
   mallopt(M_TOP_PAD, kMiB);
@@ -322,11 +322,11 @@ void KeepFreedMemory() {
 
 int main(int argc, char** argv) {
   truetriad::KeepFreedMemory();
-  // What the library and the solver log is for developers: nothing without --v, and never a file.
+  // Logs of the library and the solver are for developers: none without --v, and never to a file.
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;
   google::InitGoogleLogging(argv[0]);
-  // A file that grows beyond what the shell permits is one that cannot be written, and is said so.
+  // Exceeding the shell's file size limit becomes a write error with a message.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     return truetriad::RunCommandLine({argv + 1, argv + argc});

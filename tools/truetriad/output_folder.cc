@@ -21,11 +21,10 @@ namespace {
 constexpr std::string_view kReplaceRemedy =
     "choose another --output, or replace it with --overwrite";
 
-/// Whether what is known by `earlier` would be lost where only `now` stays: parameters of a sensor,
-/// or how uncertain they are.
+/// Whether replacing `earlier` by `now` loses parameters of a sensor or their uncertainty.
 bool HasMore(const Calibration& earlier, const std::optional<Calibration>& now) {
   if (!earlier.IsUsable() || !now || !now->IsUsable()) return earlier.IsUsable();
-  // What is imported has none.
+  // An imported calibration has no uncertainty.
   if (now->covariance.matrix.isZero(0.0) && !earlier.covariance.matrix.isZero(0.0)) return true;
   return std::ranges::any_of(
       kTriads, [&](Triad triad) { return earlier.sensors[triad] && !now->sensors[triad]; });
@@ -88,7 +87,7 @@ std::string PreviousSuffix(const std::filesystem::path& name, const std::string&
 }
 
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
-  std::optional<std::string> of_result;  // What goes with a result has its suffix.
+  std::optional<std::string> of_result;  // Files that belong to a result get its suffix.
   std::string moved;
   for (const std::string& name : names) {
     const std::filesystem::path from = directory / name;

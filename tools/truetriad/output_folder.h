@@ -15,48 +15,48 @@
 
 namespace truetriad {
 
-/// Paths and texts.
+/// Pairs of path and text.
 using FileTexts = std::vector<std::pair<std::string, std::string>>;
 
 /// Writes files, all or none.
 Status WriteFiles(const FileTexts& files);
 
-/// What a calibration writes into its folder.
+/// The files that a calibration writes into its folder.
 inline constexpr std::array<const char*, 3> kResults = {
     "calibration.yaml", "calibration.json", "report.html"};
 
-/// The calibration that a file holds; unset: it is not there, or none.
+/// The calibration in a file; unset: the file is missing or not a calibration.
 std::optional<Calibration> CalibrationIn(const std::string& file);
 
-/// Error (bad input), unless --overwrite is stated: `file` is the calibration of another unit than
-/// `serial`. One without a serial number is nobody's, nor is a file that is no calibration.
+/// Error (bad input), unless --overwrite is given: `file` is a calibration of another unit than
+/// `serial`. A calibration without serial number, or another file, is not protected.
 Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
-/// Likewise: `file` has `there`, which is of other sensors than `calibration`.
+/// Likewise: `file` holds `there`, which is of other sensors than `calibration`.
 Status CheckMayReplace(const std::string& file,
                        const std::optional<Calibration>& there,
                        const Calibration& calibration);
-/// Likewise: `file`, which an export is to replace, is none of the unit.
+/// Likewise: `file`, which an export would replace, is not an export of the unit.
 Status CheckIsExport(const std::string& file, const std::string& serial);
 
-/// What a result NAME + `rest` becomes that a later one must not replace: NAME.previous + `rest`,
-/// or where another is there that has more than it, NAME.previous-2 + `rest`, and so on.
+/// The new name of a result NAME + `rest` that must be kept: NAME.previous + `rest`, or if an
+/// earlier result there holds more than it, NAME.previous-2 + `rest`, and so on.
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest);
-/// Renames what the result to come must not replace: calibration.yaml in `directory` becomes
-/// calibration.previous.yaml; says so.
+/// Renames the files `names` that a new result must not replace: calibration.yaml in `directory`
+/// becomes calibration.previous.yaml, with a note.
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names);
 
-/// Makes the folder of a file to come.
+/// Creates the folder of a new file.
 Status EnsureFolderOf(const std::string& file);
 
 /// The path of a file in the folder that --output names.
 std::string InOutput(const std::string& name);
 
-/// Finds out before the work starts that the result could not be written, and creates nothing.
+/// Error: the result could not be written. Checked before the work; creates nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
 
-/// Writes the page that --report names, where it is given, and says so in the result.
+/// Writes the page for --report, if given, and records it in the result.
 Status WriteStatedReport(const std::string& html, VerbResult* result);
-/// The result of a verb with this report, whose page is written where --report names one.
+/// The result of a verb with this report, whose page is written if --report is given.
 Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code = kExitGood);
 
 }  // namespace truetriad

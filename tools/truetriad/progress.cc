@@ -27,7 +27,7 @@ void ProgressLine::Wipe() {
 }
 
 void ProgressLine::ShowText(const std::string& text) {
-  constexpr auto kPause = std::chrono::milliseconds(200);
+  constexpr auto kPause = std::chrono::milliseconds(200);  // 5 texts a second are legible.
   const auto now = std::chrono::steady_clock::now();
   if (!is_terminal_ || now < next_text_) return;
   next_text_ = now + kPause;

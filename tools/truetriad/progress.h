@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// One line on stderr that says how far the work is, wiped at the end; nothing unless stderr is a
+/// A line on stderr with the share of the work done, erased at the end; shown only if stderr is a
 /// terminal.
 class ProgressLine {
  public:
@@ -17,15 +17,15 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  /// From now on no line shows anything.
+  /// Disables all progress lines from now on.
   static void Silence() { is_quiet_ = true; }
 
-  /// To be called with the share of the work done; valid as long as the line.
+  /// A callback for the share of the work done; valid as long as the line.
   ProgressCallback callback();
 
-  /// Shows a line instead of the share, several times a second at most.
+  /// Shows a text instead of the share, at most 5 times a second.
   void ShowText(const std::string& text);
-  /// Takes the line away, for something else to be written.
+  /// Erases the line before other output.
   void Wipe();
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What all charts of the page have in common, around uPlot. Colours are those of the style sheet, and
-// marks differ in form, too.
+// The common parts of all charts of the page, built on uPlot. Colours come from the style sheet;
+// marks also differ in form.
 'use strict';
 (() => {
   const { text, element } = window.fleet;
@@ -9,7 +9,7 @@
   const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
   const utc = (seconds) => window.uPlot.tzDate(new Date(1000 * seconds), 'Etc/UTC');
 
-  // The range of what is drawn, with some air.
+  // The range of the drawn values with a margin.
   const rangeOf = (lists) => {
     let low = Infinity;
     let high = -Infinity;
@@ -25,15 +25,15 @@
     return [low - air, high + air];
   };
 
-  // Days as in files; of shorter steps the time, of steps below a minute with seconds, and the day
-  // where it begins.
+  // Labels of a time axis: dates for steps of a day or more, else times, with seconds for steps
+  // below a minute, and with the date where a day begins.
   const times = (chart, ticks, axis, space, step) =>
     ticks.map((tick, k) => {
       if (step >= 86400) return text.day(tick).slice(k === 0 ? 0 : 5);
       const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
       return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
-  // These are uPlot's own steps from 1 s on; labels of shorter ones would all be the same.
+  // The steps of uPlot from 1 s on; with shorter steps neighbouring labels would be equal.
   const steps = [...[1, 5, 10, 15, 30].flatMap((n) => [n, 60 * n]).sort((a, b) => a - b),
     ...[1, 2, 3, 4, 6, 8, 12].map((n) => 3600 * n), ...[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 30, 60, 90, 120, 180].map((n) => 86400 * n),
     ...[1, 2, 5, 10, 25, 50, 100].map((n) => 365 * 86400 * n)];
@@ -60,7 +60,7 @@
     ctx.restore();
   };
 
-  // Dots, and crosses where `isBad(k)`; those that fall onto the same place are drawn once.
+  // Draws dots, and crosses where `isBad(k)`; marks at the same position are drawn once.
   const drawPoints = (chart, x, points) => {
     const { ctx, bbox } = chart;
     const size = (x.length > 4000 ? 1.5 : 3) * devicePixelRatio;
@@ -127,7 +127,7 @@
     width: line.kind === 'bars' ? 0 : 2,
     dash: line.kind === 'dashed' ? [6, 4] : undefined,
     paths: line.kind === 'bars' ? window.uPlot.paths.bars({ size: [0.7, 40] }) : undefined,
-    // A point by itself makes no line.
+    // A single point makes no line, so it is drawn as a dot.
     points: { show: line.kind === 'bars' || line.bare ? false : line.values.length < 3 || undefined, size: 6 },
     spanGaps: true,
   });
@@ -148,7 +148,7 @@
         x: {
           time: stated.isTime !== false,
           range: (chart, low, high) => {
-            // Where all are of one moment, uPlot adds years to it.
+            // If all times are equal, uPlot would extend the range by years.
             const all = chart.data[0];
             if (all[0] === all[all.length - 1]) high = low;
             const air = stated.air ?? (0.015 * (high - low) || (stated.isTime === false ? 0.5 : 1800));
@@ -224,7 +224,7 @@
     }
   };
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', redraw);
-  // On paper as in the light.
+  // Printed charts use the colours of the light style.
   for (const [event, isPrinting] of [['beforeprint', true], ['afterprint', false]]) {
     window.addEventListener(event, () => {
       document.documentElement.toggleAttribute('data-printing', isPrinting);

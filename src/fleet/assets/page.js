@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: what is chosen, in the address so that it can be kept and sent, and who shows it.
+// The page: keeps the selection in the address, so that it can be saved and sent, and shows it.
 'use strict';
 (() => {
   const { units, text, element, table, sections } = window.fleet;
@@ -7,13 +7,13 @@
   const verdict = document.getElementById('verdict');
   const hits = document.getElementById('hits');
   const filter = { text: '', verdict: '', code: '', tags: {} };
-  const kTyping = 60; // ms without a key before what is slow follows.
+  const kTyping = 60; // ms after the last key before slow parts are updated.
   const selects = new Map();
 
   const option = (value, label) => element('option', { value }, label ?? value);
   verdict.append(option('', 'all'), option('good', 'good'), option('not-good', 'not good'));
   verdict.append(element('optgroup', { label: 'one' }, ...units.verdict.words.map((word) => option(word))));
-  // What tells apart few units is found by searching.
+  // A tag with more values identifies single units, which the search finds.
   const kMostWords = 2000;
   for (const tag of units.tags) {
     if (tag.words.length < 2 || tag.words.length > kMostWords) continue;
@@ -85,7 +85,7 @@
     history.replaceState(null, '', address({ unit: serial }));
     sections.openUnit(serial);
   });
-  // The same units in another order.
+  // Shows the same units in another order.
   window.fleet.showSorted = () => table.show(units.choose(filter));
   window.fleet.closeUnit = () => history.replaceState(null, '', address());
 

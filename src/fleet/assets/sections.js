@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the page shows of the units: what became of them, one number of all, the line's statistics, and
-// the dialog of one.
+// The sections of the page: the results of the units, one number of all units, the statistics of
+// the line, and the dialog of one unit.
 'use strict';
 (() => {
   const { units, text, element, badge, breakable, coded, charts } = window.fleet;
   const unitLink = (serial) => element('a', { href: `#unit=${encodeURIComponent(serial)}` }, text.flat(serial));
 
-  // --- what became of the units that are shown: verdicts, reasons by how often, yield over time
+  // --- results of the shown units: verdicts, reasons by frequency, yield over time
   const kReasons = 12;
 
   const cell = (content, className) => element('td', { class: className ?? null }, content);
   const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
-  // `headings`: names, those of numbers with a > before, or a cell.
+  // `headings`: names, of numeric columns with a > before them, or cells.
   const headingOf = (name) => (typeof name !== 'string' ? name
     : element('th', { scope: 'col', class: name.startsWith('>') ? 'r' : null }, name.replace(/^>/, '')));
   const tableOf = (headings, rows) =>
     element('table', {}, element('thead', {}, element('tr', {}, ...headings.map(headingOf))), element('tbody', {}, ...rows));
-  // A table that scrolls where it is too wide.
+  // A table that scrolls if it is too wide.
   const tableIn = (label, headings, rows) =>
     element('div', { class: 'scroll', tabindex: 0, role: 'region', 'aria-label': label }, tableOf(headings, rows));
   const section = (name, ...parts) => element('section', {}, element('h3', {}, name), ...parts);
@@ -34,7 +34,7 @@
     document.getElementById('verdicts').replaceChildren(tableOf(['verdict', '>units', '>share'], rows));
   };
 
-  // The most frequent first, with the share of all that are not good up to there.
+  // Reasons by frequency, each with the cumulative share of the units that are not good.
   const showReasons = (shown, filter, choose) => {
     const reasons = countBy(units.code, shown, (i) => !units.isGood(i));
     const place = document.getElementById('reasons');
@@ -61,7 +61,7 @@
   const kHour = 3600;
   const kDay = 24 * kHour;
 
-  // Units by hour, day or week, whichever makes a readable number of them.
+  // Units by hour, day or week, whichever gives a readable number of intervals.
   const binned = (all) => {
     const shown = all.filter((i) => Number.isFinite(units.recorded[i]));
     let first = Infinity;
@@ -119,7 +119,7 @@
     fill();
   };
 
-  // --- one number over the units that are shown, with its limits
+  // --- one number of the shown units, with its limits
 
   const select = document.getElementById('column');
   const over = document.getElementById('over');
@@ -159,7 +159,7 @@
     const all = units.valuesOf(column);
     const limits = units.limitsOf(column);
     const isTime = over.value === 'time';
-    const time = (i) => units.recorded[i] || 0; // Units whose time is not known come first.
+    const time = (i) => units.recorded[i] || 0; // Units of unknown time come first.
     const order = Uint32Array.from(shown).filter((i) => Number.isFinite(all[i]) && (!isTime || time(i) > 0))
       .sort((a, b) => time(a) - time(b) || a - b);
     const values = Float64Array.from(order, (i) => all[i]);
@@ -198,11 +198,11 @@
     if (units.columns.length > 0) draw();
   };
 
-  // --- what the line's statistics say: the tables of `fleet summary`, and control charts of each
-  // station with their alarms
+  // --- statistics of the line: the tables of `fleet summary`, and control charts of each station
+  // with their alarms
 
   const line = units.line;
-  const kAlarms = 50; // Shown, the last ones.
+  const kAlarms = 50; // The last alarms that are shown.
 
   const kinds = {
     ewma: 'EWMA of units',
@@ -211,7 +211,7 @@
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
   const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
 
-  // The tables of `fleet summary`; a lot leads to its units.
+  // The tables of `fleet summary`; a lot links to its units.
   const tablesOf = () => line.tables.map(({ heading, header, alignment, rows, notes }) => {
     const names = header.map((name, k) => (alignment[k] === 'r' ? `>${name}` : name));
     const link = (word) => (header[0] === 'lot' && word !== '(none)' ? element('a', { href: `#${new URLSearchParams({ 'tag.lot': word })}` }, word) : word);
@@ -242,7 +242,7 @@
     });
   };
 
-  // Charts of a station, chosen from lists; that of its last alarm first.
+  // Charts of a station, selected from lists; the station with the last alarm comes first.
   const chartsOf = () => {
     if (!line.charts?.length) return [];
     const station = element('select', {}, ...line.charts.map((each, k) => element('option', { value: k }, each.station || 'no station')));
@@ -280,13 +280,13 @@
           tableIn('Alarms', ['measured, UTC', 'unit', 'chart', 'most by', '>value (limit)'], rows)]));
       draw();
     };
-    // What is to be done now comes first.
+    // The latest alarm needs action first.
     const since = (each) => each.alarms[each.alarms.length - 1]?.recorded || '';
     const latest = line.charts.reduce((most, each, k) => (since(each) > since(line.charts[most]) ? k : most), 0);
     station.value = String(latest);
     station.addEventListener('change', change);
     which.addEventListener('change', draw);
-    requestAnimationFrame(change); // A chart is as wide as its place, once that is on the page.
+    requestAnimationFrame(change); // The width of a chart is known only when it is on the page.
     return [section('Control charts',
       element('p', { class: 'controls' }, element('label', {}, 'Station ', station), ' ', element('label', {}, 'Chart ', which)),
       element('figure', {}, place, caption), alarms)];
@@ -297,7 +297,7 @@
     document.getElementById('line-content').replaceChildren(...tablesOf(), ...chartsOf());
   };
 
-  // --- one unit: its runs, what people decided, what it was judged by, parameters over its runs
+  // --- one unit: its runs, decisions, limits, and parameters over its runs
 
   const dialog = document.getElementById('unit');
   const title = document.getElementById('unit-title');
@@ -336,7 +336,7 @@
     return rows.length === 0 ? [] : [section('Judged by', tableIn('Limits', ['limit', 'allowed', '>value', '>σ', ''], rows))];
   };
 
-  // Of a decision that holds: who made it, and why; else what the run says.
+  // For a decision in force its author and reason, else the reason of the run.
   const reasonOf = (runs, counting) => {
     const [decision] = runs.flatMap((run) => run.dispositions).filter(([, , , , end]) => end === '');
     return decision ? `decided by ${decision[1]}: ${decision[3]}` : counting.message;
@@ -410,7 +410,7 @@
       showVerdicts(shown);
       showReasons(shown, filter, choose);
     },
-    // What is slow.
+    // Draws the slow parts.
     showCharts: (shown) => {
       showYield(shown);
       showParameter(shown);

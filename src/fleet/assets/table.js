@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of units: only the rows in view are in the document, as rows of a real table that says
-// how many there are. Arrow keys, Page Up and Down, Home and End move through all of them.
+// The table of units: only the visible rows are in the document, as rows of a real table that
+// states their total number. Arrow keys, Page Up and Down, Home and End move through all rows.
 'use strict';
 (() => {
   const { units, text, element, badge } = window.fleet;
   const kRow = 32; // px, as .rows tr in fleet.css
-  const kMostHeight = 12e6; // px; browsers end near 17 million.
+  const kMostHeight = 12e6; // px; browsers limit heights to about 17 million.
   const kPrinted = 500;
 
   const column = (name, label, key, cell, className = '') => ({ name, label, key, cell, className });
@@ -47,7 +47,7 @@
   const total = () => state.shown.length * kRow;
   const height = () => Math.min(total(), kMostHeight);
   const capacity = () => Math.max(1, Math.floor((view.clientHeight - kRow) / kRow));
-  // The row at the top: rows as the scroll bar says, also where it is shorter than they are.
+  // The first visible row; the scroll bar's range may be shorter than that of the rows.
   const firstInView = () => {
     const most = Math.max(0, state.shown.length - capacity());
     const range = Math.max(1, height() + kRow - view.clientHeight);
@@ -79,7 +79,7 @@
     const first = state.printed ? 0 : Math.max(0, firstInView() - margin);
     const end = Math.min(state.shown.length, state.printed || first + capacity() + 2 * margin + 1);
     const focused = body.contains(document.activeElement);
-    // Rows stay where the scroll bar is, also where that is shorter.
+    // Visible rows stay at the scroll position, also if the scroll bar's range is shorter.
     const shift = state.printed ? 0 : view.scrollTop - (firstInView() - first) * kRow;
     const top = total() <= kMostHeight ? first * kRow : Math.max(0, shift);
     before.hidden = after.hidden = Boolean(state.printed);
@@ -89,7 +89,7 @@
     for (let place = first; place < end; ++place) rows.push(row(place));
     body.replaceChildren(...rows);
     if (rows.length > 0 && !body.querySelector('a[tabindex="0"]')) {
-      // Tab still leads into the table when the row last used is out of view.
+      // The Tab key still enters the table when the last used row is out of view.
       body.querySelectorAll('a')[Math.min(margin, rows.length - 1)].tabIndex = 0;
     }
     if (focused) body.querySelector(`a[data-place="${state.active}"]`)?.focus({ preventScroll: true });

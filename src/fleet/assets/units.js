@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of data.js: looking up, choosing and sorting. Its columns are numbers in digits of base
-// 64; words (verdicts, codes, tags) are numbers into sorted lists, so all of it is arithmetic on
-// typed arrays. What only one unit's dialog or one chart shows is read when it is asked for.
+// The units of data.js: lookup, selection and sorting. Columns are numbers in digits of base 64;
+// words (verdicts, codes, tags) are indices into sorted lists, so all work is arithmetic on typed
+// arrays. Data of one unit's dialog or one chart are decoded when they are needed.
 'use strict';
 window.fleet = {};
 (() => {
@@ -10,7 +10,7 @@ window.fleet = {};
   const kDigits = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
   const digits = new Uint8Array(128);
   for (let k = 0; k < 64; ++k) digits[kDigits.charCodeAt(k)] = k;
-  // The number of the item `i` of so many, which have the same count of digits each.
+  // The number of item `i` of `items`, all of which have equally many digits.
   const numberAt = (packed, items, i) => {
     const width = packed.length / items;
     let number = 0;
@@ -19,7 +19,7 @@ window.fleet = {};
   };
   const ofUnits = (packed) => new Uint32Array(count).map((unused, i) => numberAt(packed, count, i));
 
-  // Runs stand unit by unit, those of a unit in the order in which they were measured.
+  // Runs are grouped by unit, and within a unit in the order of measurement.
   const runs = ofUnits(data.runs);
   const begins = new Uint32Array(count + 1);
   runs.forEach((number, i) => (begins[i + 1] = begins[i] + number));
@@ -28,19 +28,19 @@ window.fleet = {};
   const numberOf = (packed, run) => numberAt(packed, begins[count], run);
   const wordOf = (column, run) => column.words[numberOf(column.of, run)];
   const wordsOf = (column, which) => ({ name: column.name, words: column.words, of: which.map((run) => numberOf(column.of, run)) });
-  // s since 1970, UTC; NaN: not known.
+  // In s since 1970, UTC; NaN: unknown.
   const momentOf = ({ from, of }, run) => {
     const after = numberOf(of, run);
     return after === 0 ? NaN : from + after - 1;
   };
-  // The first 30 bits of a float; NaN: there is none.
+  // Decodes the first 30 bits of a float; NaN: no value.
   const bits = new Uint32Array(1);
   const float = new Float32Array(bits.buffer);
   const valueOf = (column, run) => {
     bits[0] = 4 * numberOf(column.values, run);
     return float[0];
   };
-  // What it was judged by: [lower, target, upper, whether it is inside]; null: nothing.
+  // Limits and result: [lower, target, upper, whether it is inside]; null: not judged.
   const judgementOf = ({ limits }, run) => (limits && wordOf(limits, run) ? JSON.parse(wordOf(limits, run)) : null);
 
   const of = data.of_runs;
@@ -55,7 +55,7 @@ window.fleet = {};
     runs,
     columns: data.columns,
     line: data.line,
-    // The runs of a unit, the oldest first; of each column [value, σ] or null, and judgementOf.
+    // The runs of a unit, the oldest first, with [value, σ] or null and judgementOf of each column.
     runsOf: (i) => Array.from({ length: runs[i] }, (unused, k) => {
       const run = begins[i] + k;
       const word = (name) => wordOf(of[name], run);
@@ -77,9 +77,9 @@ window.fleet = {};
         judgements: data.columns.map((column) => judgementOf(column, run)),
       };
     }),
-    // Of a column by unit.
+    // The values of a column by unit.
     valuesOf: (column) => Float64Array.from(counting, (run) => valueOf(column, run)),
-    // [lower, target, upper] of a column, or null where they differ among units.
+    // [lower, target, upper] of a column, or null for those that differ among units.
     limitsOf: (column) => {
       if (!column.limits) return [null, null, null];
       const words = new Set([...counting].map((run) => wordOf(column.limits, run)).filter(Boolean));
@@ -95,14 +95,14 @@ window.fleet = {};
   units.isFirstGood = (i) => firstGood[units.first.of[i]] === 1;
   units.isGoodWord = isGoodWord;
 
-  // --- what is shown
+  // --- selection of shown units
 
   units.all = Uint32Array.from(units.serials.keys());
 
   let order = units.all;
   let lowercase = null;
 
-  // Sorted by `key(i)`, a number; equal ones by serial number.
+  // Sorts by the number `key(i)`; equal keys by serial number.
   units.sortBy = (key, descending) => {
     const keys = new Float64Array(count);
     for (const i of units.all) keys[i] = key(i);
@@ -110,11 +110,11 @@ window.fleet = {};
     order = Uint32Array.from(units.all).sort((a, b) => sign * (keys[a] - keys[b]) || a - b);
   };
 
-  // By word which of them hold the text.
+  // For each word of the list whether it contains the text.
   const matching = (of, text) =>
     Uint8Array.from(of.words, (word) => (word.toLowerCase().includes(text) ? 1 : 0));
 
-  // A test of one unit, or null where every unit is meant.
+  // A predicate for one unit, or null if all units match.
   const textTest = (text) => {
     const terms = text.toLowerCase().split(/\s+/).filter(Boolean);
     if (terms.length === 0) return null;
@@ -134,7 +134,8 @@ window.fleet = {};
     return (i) => of.of[i] === at;
   };
 
-  // What `filter` {text, verdict, code, tags: {name: word}} lets through, in the order of sortBy.
+  // The units that match `filter` {text, verdict, code, tags: {name: word}}, in the order of
+  // sortBy.
   units.choose = (filter) => {
     const tests = [];
     if (filter.verdict === 'good') tests.push(units.isGood);
@@ -151,9 +152,9 @@ window.fleet = {};
 
   window.fleet.units = units;
 
-  // --- words for people
+  // --- formatting
 
-  // "2026-11-24 06:00:00" of a moment, or how it begins.
+  // A time as "2026-11-24 06:00:00", or its first `length` characters.
   const timeOf = (length) => (seconds) =>
     Number.isFinite(seconds) ? new Date(1000 * seconds).toISOString().replace('T', ' ').slice(0, length) : '–';
   window.fleet.text = {
@@ -162,9 +163,9 @@ window.fleet = {};
     second: timeOf(19),
     count: (number) => String(number).replace(/\B(?=(\d{3})+$)/g, '\u202f'),
     percent: (part, whole) => (whole > 0 ? `${((100 * part) / whole).toFixed(1)} %` : '–'),
-    // "2026-11-24 06:00:00" of an ISO 8601 moment.
+    // A time in ISO 8601 as "2026-11-24 06:00:00".
     moment: (iso) => iso.replace('T', ' ').replace(/Z$/, '') || '–',
-    // On one line, whatever is in it.
+    // Any text on one line.
     flat: (words) => words.replace(/[\u0000-\u001f\u007f\u2028\u2029]/g, '⏎'),
     number: (value, digits = 5) =>
       value === null || !Number.isFinite(value)
@@ -178,7 +179,7 @@ window.fleet = {};
     },
   };
 
-  // An element with attributes and children; text stays text, whatever is in it.
+  // Creates an element with attributes and children; text is never parsed as HTML.
   window.fleet.element = (tag, attributes = {}, ...children) => {
     const made = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes)) {
@@ -189,15 +190,15 @@ window.fleet = {};
     return made;
   };
 
-  // `name` that may break after its dots and colons, where there is little room.
+  // `name` with possible line breaks after its dots and colons.
   window.fleet.breakable = (name) =>
     name.split(/(?<=[.:])/).flatMap((part, k) => (k === 0 ? [part] : [document.createElement('wbr'), part]));
 
-  // Words in which `code` stands as such.
+  // Words in which `code` is shown as code.
   window.fleet.coded = (words) =>
     window.fleet.element('span', {}, ...words.split('`').map((part, k) => (k % 2 === 1 ? window.fleet.element('code', {}, part) : part)));
 
-  // ✓ or ✕ before it: not told by colour alone.
+  // ✓ or ✕ precedes it, so that it does not depend on colour alone.
   window.fleet.badge = (verdict) =>
     window.fleet.element(
       'span',

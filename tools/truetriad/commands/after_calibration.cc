@@ -55,10 +55,10 @@ DEFINE_string(from, "", "FORMAT: the format, from the list above");
 namespace truetriad {
 namespace {
 
-/// Where what was written has not the size of the field it should show: a wrong unit in the log's
-/// header, or another unit's calibration. Whatever the unit does, on the whole it feels gravity.
+/// Warns if the corrected mean length differs from the field, as with a wrong unit of measure in
+/// the log's header or another unit's calibration: in any motion the mean force is near gravity.
 void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibration) {
-  constexpr double kOdd = 3.0;
+  constexpr double kOdd = 3.0;  // A wrong unit is off by more: g by 9.8.
   const auto tell = [&](Triad triad, double expected, const char* field) {
     const double length = summary.mean_length[triad];
     if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
@@ -73,7 +73,7 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
   }
 }
 
-/// What a user must know about the rows, on stderr: stdout may be the log itself.
+/// Prints notes on the rows to stderr, since stdout may be the log itself.
 void Tell(const CorrectedLogSummary& summary) {
   Note(FLAGS_output + ": " + std::to_string(summary.rows) + " rows written");
   for (const Triad triad : summary.left_out) {
@@ -94,7 +94,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
                              OpenRecording(FLAGS_input));
   TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
       FLAGS_input + ": the recording", source->info().serial, source->info().tags, calibration));
-  // The output is renamed into its place: it must not be a device or a link.
+  // The output replaces its path by renaming, so it must not be a device or a link.
   const std::filesystem::path output = FLAGS_output;
   if (std::error_code none; std::filesystem::exists(output, none) &&
                             !is_regular_file(std::filesystem::symlink_status(output, none))) {
@@ -235,7 +235,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
     }
   }
   if (options.allan) {
-    // Noise is often taken of another unit of the same type, but not without a word.
+    // Noise of another unit of the same type is common practice, but gets a warning.
     const Status same =
         CheckSameSensors(FLAGS_allan, options.allan->serial, options.allan->tags, calibration);
     if (!same) Warn(same.error().message + "; its noise is taken all the same");
@@ -267,7 +267,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   return verb;
 }
 
-/// The formats that are exported to, or those that are imported from.
+/// The formats that can be exported to, or those that can be imported from.
 std::vector<FormatInfo> FormatsThat(bool import) {
   std::vector<FormatInfo> formats = Formats();
   if (import) std::erase_if(formats, [](const FormatInfo& format) { return !format.can_import; });
@@ -294,7 +294,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(
       CheckMayReplace(file.string(), CalibrationIn(file.string()), result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
-  // It has no uncertainty, nor what the page of a result shows.
+  // An import has neither uncertainties nor the data for the page of a result.
   std::vector<std::string> earlier = {file.filename().string()};
   if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
   TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));
@@ -305,7 +305,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
                     .result = {{"output", file.string()}, {"notes", result.notes}}};
 }
 
-/// "A0001.html" after the serial number, "A0001-2.html" when that is taken.
+/// A name from the serial number, "A0001.html", or "A0001-2.html" if that is taken.
 std::string PageName(const Calibration& calibration, std::set<std::string>* taken) {
   std::string base = calibration.serial.empty() ? "report" : calibration.serial;
   std::replace_if(

@@ -54,7 +54,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   ProgressLine calibrating("calibrating " + FLAGS_input);
   const Result<Calibration> tried =
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
-  // What cannot be read was refused above: here something is missing.
+  // Unreadable files were refused above; here readings are missing.
   const bool is_enough = tried && tried->IsUsable();
   TRUETRIAD_ASSIGN_OR_RETURN(VerbResult result,
                              Said(ReportOf(loaded.poses, tried), ToTree(loaded.poses)));
@@ -78,7 +78,7 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   const std::string& experiment = look.experiment_yaml;
   const Json json = TreeOfYaml(experiment);
   if (FLAGS_output.empty()) return VerbResult{.text = experiment, .result = {{"config", json}}};
-  // People write into it.
+  // The user edits this file.
   if (const auto there = ReadSmallFile(FLAGS_output); there && *there != experiment) {
     return Error(ErrorCode::kConflictingArguments,
                  "--output=" + FLAGS_output +
@@ -91,7 +91,7 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
 
 Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
-  // All files that it names, and all sensors.
+  // All files that it names, and all of its sensors.
   std::vector<std::string> files = experiment.inputs, sensors;
   for (const std::string* const file : FilesOf(experiment)) files.push_back(*file);
   for (const Triad triad : kTriads) {
@@ -134,7 +134,7 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
                     .grade = report.grade};
 }
 
-/// Programs that are told of a sensor's noise.
+/// Programs that need a sensor's noise.
 constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins", "ros2"};
 
 /// "0.3,3" as two numbers.
@@ -148,7 +148,7 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
   return BadValue("white_range", text, " is invalid; expected two times in seconds, as in 0.3,3");
 }
 
-/// What --to names, to be written into the folder of --output.
+/// The formats of --to, for the folder of --output.
 Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   std::vector<FormatInfo> formats;
   for (const std::string& name : CommaSeparated(FLAGS_to)) {
@@ -165,7 +165,7 @@ Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   return formats;
 }
 
-/// What goes into the folder of --output, but for the names: paths and texts.
+/// The contents of the folder of --output: paths and texts.
 Result<FileTexts> TextsOf(const AllanResult& result, const std::vector<FormatInfo>& formats) {
   FileTexts files = {{InOutput("allan.yaml"), AllanToYaml(result)},
                      {InOutput("allan.svg"), AllanSvg(result)}};

@@ -51,46 +51,45 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What is to be done.
+/// The calibration of one instance of the sensors.
 struct Task {
   Experiment experiment;
   std::string folder;
-  std::string initial_yaml;  // the experiment, where none was given
+  std::string initial_yaml;  // the generated experiment, if none was given
   std::optional<LoadedPoses> first;
   bool has_report = true;
   int instance = 0;              // of the sensors
-  bool has_others = false;       // of the same log, which it must not keep from a result
-  std::optional<Error> refusal;  // why its recording cannot be read
-  // The same without some sensors, those that keep the others from a result, and what is wrong with
-  // them.
+  bool has_others = false;       // other sensors of the same log have a task, too
+  std::optional<Error> refusal;  // why its recording is unreadable
+  // The task without the sensors that prevent a result for the others, and what is wrong with them.
   std::function<Result<Task>(const PerTriad<bool>& left_out)> without;
   PerTriad<bool> left_out = {};
   Findings lost;
 };
 
-/// The calibration that a folder has.
+/// The calibration in a folder.
 std::optional<Calibration> ThatIn(const fs::path& folder, const char* name = "calibration.yaml") {
   return CalibrationIn((folder / name).string());
 }
 
-/// Of each sensor whose noise is taken from an Allan deviation.
+/// Drawings for each sensor whose noise comes from an Allan deviation.
 std::vector<Drawing> AllanDrawings(const Task& task) {
   std::vector<Drawing> drawings;
   for (const Triad triad : kTriads) {
     const std::string& file = task.experiment.allan_files[triad];
     if (file.empty() || !task.experiment.options.triads[triad].enabled) continue;
     Result<AllanResult> allan = ReadAllanFile(file);
-    if (!allan) continue;  // It was read before, or the calibration has not come as far.
+    if (!allan) continue;  // It was read before, or calibration stopped earlier.
     std::erase_if(allan->triads, [&](const AllanTriad& other) { return other.triad != triad; });
     drawings.push_back(AllanDrawing(*allan));
   }
   return drawings;
 }
 
-/// A calibration, and what it was made from.
+/// A calibration and its input.
 struct Done {
   Task task;
-  std::optional<Calibration> there;  ///< What the folder had before.
+  std::optional<Calibration> there;  ///< The previous one.
   Calibration calibration;
   PoseSet poses;
   Json json;
@@ -98,9 +97,9 @@ struct Done {
   std::string Path(const std::string& name) const {
     return (fs::path(task.folder) / name).string();
   }
-  /// What is there stays beside the new result: a result without parameters, or without those of a
-  /// sensor, takes the place of none that has them, and one that names no unit of none that names
-  /// one.
+  /// Whether the previous result must be kept beside the new one: a result without parameters, or
+  /// without those of a sensor, must not replace one that has them, nor one without a serial number
+  /// one that has it.
   bool StaysBeside() const {
     if (!there || !there->IsUsable()) return false;
     const bool loses = std::ranges::any_of(
@@ -108,7 +107,7 @@ struct Done {
     if (loses || !calibration.IsUsable()) return true;
     return !FLAGS_overwrite && calibration.serial.empty() && !there->serial.empty();
   }
-  /// Of itself, whatever others hold it back.
+  /// By this result only, whatever blocks its device.
   int exit_code() const {
     if (!calibration.IsUsable() || !task.lost.empty()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
@@ -116,11 +115,11 @@ struct Done {
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
     return own == Verdict::kFail ? kExitOutsideLimits : kExitGood;
   }
-  /// 0: good; outside its limits it has at least parameters.
+  /// 0: good. A unit outside its limits at least has parameters, so it counts as 1.
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
-/// A result that stays beside a later recording without one is not the last word about its unit.
+/// Blocks delivery by a previous result that is kept beside a later failed recording.
 Status HoldBackEarlier(const Done& by) {
   if (by.calibration.IsUsable()) return {};
   Calibration earlier = *by.there;
@@ -132,21 +131,21 @@ Status HoldBackEarlier(const Done& by) {
   return fleet::WriteResult(by.task.folder, earlier, std::nullopt);
 }
 
-/// Why a recording cannot be read, as a result says it.
+/// The finding for a recording that cannot be read.
 Finding RefusalOfReading(Error error) {
   const auto code = error.code == ErrorCode::kStuckSensor
                         ? FindingCode::kStuckReadings
                         : FindingCodeFromName(InfoOf(error.code).name);
-  // Several complaints about a file are lines; a finding is one.
+  // An error about a file may have several lines; a finding has one.
   std::string& message = error.message;
   for (std::size_t end = 0; (end = message.find('\n', end)) != std::string::npos;)
     message.replace(end, 1, "; ");
   Finding refusal = RefusalOf(error, code.value_or(FindingCode::kNoReadings));
-  if (!error.finding) refusal.remedy.clear();  // The error's own message has one.
+  if (!error.finding) refusal.remedy.clear();  // The error's message states one.
   return refusal;
 }
 
-/// Of sensors whose recording cannot be read, beside others of the device: no result, and why.
+/// The result of sensors whose recording is unreadable, beside others of the device: why.
 Calibration Unread(const Experiment& experiment, const Error& error) {
   Calibration calibration;
   calibration.serial = experiment.serial;
@@ -158,7 +157,7 @@ Calibration Unread(const Experiment& experiment, const Error& error) {
   return calibration;
 }
 
-/// What opens recordings without some of their sensors; of none: nothing.
+/// An opener of recordings that leaves out some sensors; unset if there are none to leave out.
 RecordingOpener Leaving(const PerTriad<bool>& left_out) {
   if (left_out == PerTriad<bool>()) return {};
   return [left_out](const std::string& input, OpenRecordingOptions options) {
@@ -177,17 +176,17 @@ Result<Calibration> CalibrationFor(Task* task, PoseSet* poses) {
                              Leaving(task->left_out));
 }
 
-/// What is wrong with the sensor whose readings an error refuses; unset: it is about no sensor.
+/// The finding on a sensor whose readings an error refuses; unset: the error is about no sensor.
 std::optional<Finding> RefusedSensor(Error error) {
-  // "applied.gyroscope"; of several complaints the key is that of the first.
+  // "applied.gyroscope"; with several complaints the key belongs to the first.
   const std::optional<Triad> triad = TriadFromName(error.key.substr(error.key.rfind('.') + 1));
   if (!triad || error.kind() != ErrorKind::kBadInput) return std::nullopt;
   error.message.erase(std::min(error.message.find('\n'), error.message.size()));
   return RefusalOfReading(std::move(error)).About(*triad);
 }
 
-/// Where a sensor whose readings are refused keeps the others of its instance from a result, that
-/// of the others; with limits none, since a device whose sensor is broken does not pass.
+/// If a sensor's refused readings prevent a result for the others of its instance, calibrates the
+/// others; with limits there is no result, since a device with a broken sensor fails.
 Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet* poses) {
   if (made) return made;
   Task rest = *task;
@@ -239,7 +238,7 @@ Result<Done> Calibrated(Task task) {
   return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
-/// Writes a result, but for the names of its files. `aside`: what must not be replaced.
+/// Writes a result; file names of `aside` must not be replaced.
 Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   const Task& task = done->task;
   std::error_code failure;
@@ -250,11 +249,11 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
     const Result<std::string> there = LookAtSmallFile(path);
-    // Somebody may have written into that of an earlier run.
+    // The user may have edited that of an earlier run.
     if (!there || *there != task.initial_yaml) aside->emplace_back("experiment.yaml");
     TRUETRIAD_RETURN_IF_ERROR(files->Write(path, task.initial_yaml));
   }
-  // The result comes last: where it is, what it goes with is there, too.
+  // The result comes last, so that its files exist when it does.
   if (task.has_report) {
     TRUETRIAD_RETURN_IF_ERROR(
         files->Write(done->Path("report.html"),
@@ -269,8 +268,8 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   return files->Write(done->Path("calibration.yaml"), CalibrationToYaml(done->calibration));
 }
 
-/// The number of the sensors whose results are in a folder of this name: "instance-2"; unset: it is
-/// none of these, or that of an earlier log.
+/// The sensor instance of a result folder's name: "instance-2"; unset: another name, or that of an
+/// earlier log.
 std::optional<int> InstanceOf(const std::string& name) {
   constexpr std::string_view kPrefix = "instance-";
   int instance = 0;
@@ -280,7 +279,7 @@ std::optional<int> InstanceOf(const std::string& name) {
   return read.ec == std::errc() && read.ptr == end ? std::optional(instance) : std::nullopt;
 }
 
-/// The folders with results of other sensors than `all` that are there from before.
+/// The folders of earlier results for sensors other than `all`.
 std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
   std::vector<fs::path> others;
   std::error_code failure;
@@ -295,8 +294,8 @@ std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
   return others;
 }
 
-/// Why a device may not leave by one of its sensors, as `instance` has it; unset: by others alone,
-/// or it may.
+/// Why one sensor, named by `instance`, blocks the delivery of its device; unset: it does not by
+/// itself.
 std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
   const std::vector<Decision>& decisions = calibration.decisions;
   for (const Finding& finding : calibration.findings) {
@@ -315,17 +314,17 @@ std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::st
                   .is_automatic = true};
 }
 
-/// The same by what `folder` has of other sensors of the device.
+/// The same for the result in `folder` of other sensors of the device.
 std::optional<Decision> HeldBackByOther(const fs::path& folder, const std::string& serial) {
   const std::optional<Calibration> there = ThatIn(folder);
   if (!there || there->serial != serial) return std::nullopt;
   return HeldBackBy(*there, folder.filename().string());
 }
 
-/// What an earlier log had beyond the sensors of this one becomes instance-N.previous, unless it
-/// holds back the device.
+/// Renames results for sensors that an earlier log had and this one lacks to instance-N.previous,
+/// unless they block the device.
 Status MoveOtherInstancesAside(const std::vector<Done>& all) {
-  // One sensor of a log that is calibrated by itself replaces only its own result.
+  // A single instance of a log replaces only its own result.
   if (!FLAGS_instance.empty()) return {};
   for (const fs::path& folder : OtherInstances(all)) {
     if (HeldBackByOther(folder, all.front().calibration.serial)) continue;
@@ -345,7 +344,7 @@ Status MoveOtherInstancesAside(const std::vector<Done>& all) {
   return {};
 }
 
-/// Writes the results, all or none, and what --to asks for.
+/// Writes all results or none, and the exports of --to.
 Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   TRUETRIAD_ASSIGN_OR_RETURN(const bool allows_outside, AllowsOutsideLimits());
   std::vector<ResultOfInstance> results;
@@ -367,7 +366,7 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   for (std::size_t i = 0; i < all->size(); ++i) {
     TRUETRIAD_RETURN_IF_ERROR(Write(&(*all)[i], &aside[i], &files));
   }
-  // What was exported of an earlier result is not of this one.
+  // Exports of an earlier result do not belong to this one.
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> withdrawn,
                              WithdrawExports(all->front().task.folder, exports.files));
   for (const std::string& file : withdrawn) {
@@ -383,8 +382,8 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// Without an experiment: one for what is in the recordings. What is asked of sensors that are left
-/// out, or that `any` of other instances has, is understood.
+/// A task without an experiment: one that fits the recordings. Settings for sensors that are left
+/// out, or that only other instances (`any`) have, are accepted.
 Result<Task> InitialTask(const std::vector<std::string>& inputs,
                          const std::string& folder,
                          const PerTriad<bool>& any,
@@ -408,12 +407,12 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs,
   const std::string path = (fs::path(folder) / "experiment.yaml").string();
   TRUETRIAD_ASSIGN_OR_RETURN(task.experiment,
                              ReadExperimentText(task.initial_yaml, "experiment.yaml", overrides));
-  // Paths in overrides are as seen from here: no file of the user's states them.
+  // Relative paths in overrides refer to the working directory, since no user's file states them.
   task.experiment.path = path;
   return task;
 }
 
-/// What people decided about a recording holds however often it is calibrated.
+/// A person's decision about a recording survives its recalibration.
 void TakeOverDecisions(Done* done) {
   const auto is_same = [&](const std::optional<Calibration>& earlier) {
     if (!earlier) return false;
@@ -423,7 +422,7 @@ void TakeOverDecisions(Done* done) {
         })) {
       return true;
     }
-    // The same readings may be in other files: packed, or with another comment.
+    // The same readings may be in other files: compressed, or with another comment.
     const Result<Comparison> compared = Compare(*earlier, done->calibration);
     return compared && IsTooAlike(*compared);
   };
@@ -440,8 +439,8 @@ void TakeOverDecisions(Done* done) {
   }
 }
 
-/// One that may not leave holds back all sensors of its device, those too that were calibrated into
-/// the same folder before.
+/// A result that may not be delivered blocks all sensors of its device, including those calibrated
+/// into the same folder before.
 void HoldBackTogether(std::vector<Done>* all) {
   std::optional<Decision> held_back;
   for (const Done& done : *all) {
@@ -459,9 +458,8 @@ void HoldBackTogether(std::vector<Done>* all) {
   }
 }
 
-/// A folder whose place something new takes, and which comes back with the end of this object,
-/// unless the new one is kept. Meanwhile it is NAME.aside, and after a kill the next object finds
-/// it there.
+/// Moves an existing folder aside for a new one, and restores it at the end of this object unless
+/// the new one is kept. Meanwhile it is NAME.aside, where the next object finds it after a kill.
 class FolderGivesWay {
  public:
   FolderGivesWay() = default;
@@ -476,7 +474,7 @@ class FolderGivesWay {
     if (has_made_parent_) fs::remove(folder_.parent_path(), ignored);
   }
 
-  /// Moves `folder`, if it is there. Error (bad input): it cannot be renamed; `input` is in it.
+  /// Moves `folder` if it exists. Error (bad input): it cannot be renamed; `input` is inside it.
   Status Take(const fs::path& folder, const fs::path& input) {
     std::error_code failure;
     const fs::path inside = fs::weakly_canonical(input, failure)
@@ -489,7 +487,7 @@ class FolderGivesWay {
     has_made_parent_ = !fs::exists(folder.parent_path(), failure);
     const fs::path aside = folder.string() + ".aside";
     failure.clear();
-    // Beside one that a killed run put aside is what that run had of its own.
+    // If a killed run left NAME.aside, the folder beside it is that run's own and is removed.
     if (fs::exists(aside, failure)) {
       fs::remove_all(folder, failure);
     } else if (fs::exists(folder, failure)) {
@@ -507,9 +505,9 @@ class FolderGivesWay {
     return !folder_.empty() && file.starts_with(folder_.string() + "/");
   }
 
-  /// The new one stays; the one that was there goes, or has a suffix from now on.
+  /// Keeps the new folder; the old one is removed, or gets a suffix.
   void Keep(const std::optional<std::string>& suffix) {
-    // No longer aside before it goes: what is aside comes back.
+    // It must not be named aside while it is removed, since that would be restored.
     std::error_code ignored;
     const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
@@ -523,11 +521,11 @@ class FolderGivesWay {
  private:
   std::string Named(const std::string& suffix) const { return folder_.string() + suffix; }
 
-  fs::path folder_;  ///< Empty: nothing comes back.
+  fs::path folder_;  ///< Empty: nothing is restored.
   bool has_made_parent_ = false;
 };
 
-/// Error (bad input): a log that is not read by itself but converted is packed.
+/// Error (bad input): a log that needs conversion is compressed.
 Status CheckIsUnpacked(const std::string& log) {
   std::array<char, 2> start{};
   std::ifstream(log, std::ios::binary).read(start.data(), start.size());
@@ -539,8 +537,8 @@ Status CheckIsUnpacked(const std::string& log) {
                "is packed with gzip, and only CSV is read packed; unpack it first: gunzip " + log);
 }
 
-/// The recordings of the logs by the number of their sensors; other systems' logs are converted
-/// below `folder`; `gives_way` takes the folders of earlier ones.
+/// The recordings of the logs by sensor instance; logs of other systems are converted below
+/// `folder`, and `gives_way` moves earlier conversions aside.
 Result<std::map<int, std::vector<std::string>>> RecordingsOf(
     const std::vector<std::string>& logs,
     const std::string& folder,
@@ -570,8 +568,8 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
   return recordings;
 }
 
-/// Which sensors the recordings of a unit have, and of each instance those that others alone have;
-/// nothing where there is one recording.
+/// The sensors in all recordings of a unit, and for each instance those that only others have;
+/// empty for a single recording.
 struct Recorded {
   PerTriad<bool> any = {};
   std::map<int, PerTriad<bool>> others;
@@ -595,9 +593,8 @@ Recorded SensorsIn(const std::map<int, std::vector<std::string>>& recordings) {
   return found;
 }
 
-/// The task for one instance of the sensors: by `experiment`, or where there is none by its own
-/// recordings. Sensors that `others` alone have, and those that are `left_out`, are not asked of
-/// it.
+/// The task of one sensor instance: by `experiment`, or without one by its recordings. It does not
+/// need sensors that only `others` have or that are `left_out`.
 Result<Task> TaskFor(const std::vector<std::string>& inputs,
                      const std::string& folder,
                      const std::optional<Experiment>& experiment,
@@ -619,12 +616,12 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs,
   return made;
 }
 
-/// One for each instance of the sensors in the logs, the first in the folder itself. `converted`:
-/// what gives way to converted logs.
+/// One task for each sensor instance in the logs; the first uses the folder itself. `converted`:
+/// earlier conversions that were moved aside.
 Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
                                    std::deque<FolderGivesWay>* converted) {
   std::vector<Task> tasks;
-  std::optional<Experiment> experiment;  // Of all, once there is one.
+  std::optional<Experiment> experiment;  // Of all tasks, once it is known.
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
     TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadExperiment(FLAGS_config, overrides));
@@ -648,7 +645,7 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
       return made->experiment.options.triads[triad].enabled;
     };
     if (made && others != PerTriad<bool>() && std::ranges::none_of(kTriads, is_asked))
-      continue;  // What is asked for is in others alone.
+      continue;  // Only other instances have the requested sensors.
     const bool is_refused = !made && made.error().kind() != ErrorKind::kUsage;
     if (!made && !is_refused) return made.error();
     Task& task = tasks.emplace_back(is_refused ? Task() : *std::move(made));
@@ -668,7 +665,7 @@ Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
   return tasks;
 }
 
-/// All that is to be said of the results and of their exports.
+/// The findings on all results and their exports.
 Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   Findings findings;
   for (const Done& done : all) {
@@ -685,7 +682,7 @@ Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   return findings;
 }
 
-/// What is said is of the worst; of several, which is the worst, and where the others are.
+/// The output describes the worst result; for several it names it and the folders of the others.
 VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) {
   const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
     return a.badness() < b.badness();
@@ -749,7 +746,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   const auto is_read = [](const Done& done) { return !done.task.refusal; };
   const auto read = std::find_if(all.begin(), all.end(), is_read);
   if (read == all.end()) return *all.front().task.refusal;
-  bool is_drawn = false;  // The folder has an experiment, that of the first which has one.
+  bool is_drawn = false;  // The folder has the first task's experiment.
   for (Done& done : all) {
     if (is_drawn) done.task.initial_yaml.clear();
     is_drawn = is_drawn || !done.task.initial_yaml.empty();
@@ -760,11 +757,11 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   std::optional<std::string> suffix;
   if (all.front().StaysBeside()) suffix = PreviousSuffix(all.front().Path("calibration"), ".yaml");
   TRUETRIAD_ASSIGN_OR_RETURN(const ExportsBeside exports, WriteAll(&all));
-  // The recording stays with the calibration that was made from it.
+  // The converted recording is kept with its calibration.
   for (FolderGivesWay& replaced : *converted) replaced.Keep(suffix);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  // Another way of logging helps against these.
+  // A different logging setup avoids these findings.
   using enum FindingCode;
   const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
   const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
@@ -786,7 +783,7 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   std::deque<FolderGivesWay> converted;
   Result<VerbResult> result = CalibrateLogs(StatedInputs(words), &converted);
   if (result) return result;
-  // The file that an error names must be there for who looks.
+  // A file that an error names is kept for the user.
   Error error = result.error();
   for (const FolderGivesWay& folder : converted) {
     if (folder.Holds(error.place.file)) {

@@ -34,7 +34,7 @@ DEFINE_string(
 namespace truetriad {
 namespace {
 
-/// Of "accelerometer.bias=0.01,gyroscope.scale=1e-4".
+/// Parses "accelerometer.bias=0.01,gyroscope.scale=1e-4".
 Result<Repeatability> ParseRepeatability(const std::string& text) {
   Repeatability repeatability;
   for (const std::string& item : CommaSeparated(text)) {
@@ -54,7 +54,7 @@ Result<Repeatability> ParseRepeatability(const std::string& text) {
   return repeatability;
 }
 
-/// What the golden unit was calibrated by, for today's recording.
+/// The experiment of the golden unit's calibration with today's recording as input.
 Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::string> inputs) {
   if (FLAGS_config.empty() && golden.config_yaml.empty()) {
     return Error(ErrorCode::kMissingArgument,
@@ -75,7 +75,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   return experiment;
 }
 
-/// Error (usage): a file of runs, which keeps no checks. Before anything is made of its name.
+/// Error (usage): a file of runs, which keeps no checks. Checked before the name is used.
 Status CheckStore() {
   if (FLAGS_store.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(fleet::CheckStoreUrl(FLAGS_store));
@@ -90,7 +90,7 @@ Status CheckStore() {
 struct Today {
   Calibration calibration;
   std::string recording;                ///< RecordingOf its readings.
-  std::optional<std::string> recorded;  ///< Unset: neither it nor its file says when.
+  std::optional<std::string> recorded;  ///< Unset: its time is unknown.
 };
 
 Result<Today> TodayOf(const Experiment& experiment) {
@@ -115,8 +115,8 @@ Result<Today> TodayOf(const Experiment& experiment) {
   return today;
 }
 
-/// Adds what has come of it to the store of --store. `comparison`: null, where today's recording
-/// was refused, which does not agree either. The check that counts, where this one does not.
+/// Adds the check to the store of --store. `comparison`: null if today's recording was refused,
+/// which counts as disagreement. Returns the valid check if it is another one.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
                                                      const Today& today,
@@ -143,12 +143,12 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   return store->AddStationCheck(check);
 }
 
-/// The check that counts is of the same recording.
+/// Whether the valid check is of the same recording.
 bool IsRepeat(const fleet::StationCheck& counting, const Today& today) {
   return !today.recording.empty() && counting.recording == today.recording;
 }
 
-/// What is to be said of a check where another one counts, which says whether the station agrees.
+/// The text for a check when another one is valid and decides about the station.
 std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
                             const Today& today) {
   if (!counting) return "";
@@ -160,7 +160,7 @@ std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
          "; that holds, until the golden unit is recorded again\n";
 }
 
-/// Today's calibration compared with the reference; the store keeps what came of it.
+/// Compares today's calibration with the reference; the store keeps the result.
 Result<VerbResult> Judged(const Experiment& experiment,
                           const Calibration& golden,
                           const Today& measured,
@@ -179,7 +179,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
     result.failure = "the station cannot be judged: today's recording was refused";
     return result;
   }
-  // Gravity is that of the station, whatever it is: no reason for the two to differ.
+  // Gravity depends on the station, so it must not count as a difference.
   const double gravity_mps2 = golden.reference.gravity_mps2;
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Comparison comparison,
@@ -195,7 +195,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // The check that counts must agree, too: the first of this recording, or that of a later one.
+  // The valid check must agree, too: the first one of this recording, or that of a later one.
   const bool agrees =
       AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;

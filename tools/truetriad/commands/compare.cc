@@ -32,11 +32,11 @@ namespace {
 
 constexpr char kWorse[] = "worse";
 
-/// Whether a file says that it is a calibration.yaml, of whatever version.
+/// Whether a file states that it is a calibration.yaml of any version.
 bool IsCalibration(const std::string& path) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none)) return false;
-  // It says so in its first key, behind some comments.
+  // The first key states it, after some comments.
   constexpr std::size_t kHeadBytes = 4096;
   std::string head(kHeadBytes, '\0');
   std::ifstream file(path, std::ios::binary);
@@ -45,8 +45,8 @@ bool IsCalibration(const std::string& path) {
   return ("\n" + head).find("\nformat: truetriad/calibration/") != std::string::npos;
 }
 
-/// Files by what is in them, in whatever order they were named. One calibration that is not said to
-/// be one is the first word, whose reader then says what is wrong with it.
+/// Sorts files by contents, whatever their order. If no file is a calibration, the first word is
+/// taken for one, so that its reader reports what is wrong.
 Status SortFiles(const std::vector<std::string>& words,
                  std::vector<std::string>* calibrations,
                  std::string* log) {

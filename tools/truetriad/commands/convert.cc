@@ -78,7 +78,7 @@ constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"parquet", "Parquet table (.parquet)", kNode},
 }};
 
-/// How the name of a file ends that shows what kind of folder it is in.
+/// Endings of file names that identify the format of a folder.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFolders = {
     {{".db3", "ros2-db3"},
      {".mcap", "mcap"},
@@ -96,7 +96,7 @@ bool IsInPath(std::string_view program) {
   return false;
 }
 
-/// A stream of a child process: a file without a name, read once that has ended.
+/// The output of a child process: an unnamed file, read after the child has ended.
 using Captured = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
 std::string TextOf(const Captured& stream) {
@@ -110,12 +110,12 @@ std::string TextOf(const Captured& stream) {
   return text;
 }
 
-/// A program that comes with this one. Error (usage): it is not there; begins with the `flag` that
-/// needs it and says what to install.
+/// The path of a program of this distribution. Error (usage): it is missing; the message begins
+/// with the `flag` that needs it and states what to install.
 Result<std::string> FindProgram(const std::string& program,
                                 const std::string& flag,
                                 std::string_view needs) {
-  // Until its packages are there a build tree has it beside its scripts alone; it says so itself.
+  // In a build tree without its packages it is beside its scripts, and reports their lack.
   for (const std::string& name : {program, "convert-node/bin/" + program}) {
     if (const std::optional<std::string> found = FindCompanion(name)) return *found;
   }
@@ -149,9 +149,9 @@ const LogFormat* FindLogFormat(std::string_view name) {
   return nullptr;
 }
 
-/// Runs the format's converter as --topic, --instance, --columns, --units and --layout say. With
-/// `captures` nothing is shown, and an error is one of the result. Error (usage): the program is
-/// not there; says what to install.
+/// Runs the format's converter with --topic, --instance, --columns, --units and --layout. With
+/// `captures` nothing is shown, and an error becomes the result's. Error (usage): the program is
+/// missing; the message states what to install.
 Result<ProgramRun> RunLogConverter(const LogFormat& format,
                                    const std::string& log,
                                    const std::string& folder,
@@ -186,7 +186,7 @@ Result<VerbResult> ConvertLog(const LogFormat& format) {
                     .result = {{"output", FLAGS_output}, {"text", conversion.out}}};
 }
 
-/// Whether the manifest can be opened, and what it holds.
+/// Describes the contents of the manifest. Error: it cannot be opened.
 Result<std::string> DescribeStreams(const std::string& manifest) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, OpenRecording(manifest));
   std::string text;
@@ -311,9 +311,9 @@ Result<ProgramRun> RunProgram(const std::string& program,
                  {program},
                  std::string("cannot be started: ") + std::strerror(errno));
   }
-  constexpr int kCannotStart = 127;
+  constexpr int kCannotStart = 127;  // As the shell's exit code.
   if (child == 0) {
-    // A program for which nobody waits must not write into a folder that somebody else has now.
+    // A child without a parent must not write into a folder that another process may use.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
       _exit(kCannotStart);

@@ -46,7 +46,7 @@ constexpr std::string_view kRunsHead = R"(
 
 bool MayRefuse(const FindingKind& kind) { return kind.outcome != Outcome::kConverged; }
 
-/// "warning", or "warning or refusal" of one that refuses in some runs.
+/// "warning", or "warning or refusal" for a kind that refuses in some runs.
 std::string SeverityOf(const FindingKind& kind) {
   const bool depends = kind.severity != Severity::kRefusal && MayRefuse(kind);
   return depends ? "warning or refusal" : std::string(SeverityName(kind.severity));
@@ -61,7 +61,7 @@ std::string PageRow(std::string_view code,
   return row.append(remedy).append(" |\n");
 }
 
-/// docs/reasons.md.
+/// The text of docs/reasons.md.
 std::string Page() {
   std::string page(kFindingsHead);
   for (const FindingKind& kind : FindingKinds()) {
@@ -88,7 +88,7 @@ std::string Paragraph(std::string_view name,
   return text;
 }
 
-/// A code may be that of a finding and that of an error.
+/// A code can belong to a finding and to an error.
 VerbResult Explained(const std::vector<std::string>& codes) {
   const auto is_asked = [&codes](std::string_view name) {
     return codes.empty() || std::find(codes.begin(), codes.end(), name) != codes.end();

@@ -81,7 +81,7 @@ Result<fleet::UnitLimits> StatedLimits() {
   if (!(limits.seconds > 0.0)) {
     return Error(ErrorCode::kInvalidArgument, "--time-limit: expected seconds, more than 0");
   }
-  constexpr double kLeast = 64.0, kMost = 1e9;
+  constexpr double kLeast = 64.0, kMost = 1e9;  // Chosen, MB; 1e15 bytes fit in int64.
   if (!(megabytes >= kLeast && megabytes <= kMost)) {
     return Error(ErrorCode::kInvalidArgument, "--memory-limit: expected MB, 64 or more");
   }
@@ -98,7 +98,7 @@ Result<fleet::WorkPlan> StatedPlan() {
   TRUETRIAD_ASSIGN_OR_RETURN(plan.allows_outside_limits, AllowsOutsideLimits());
   TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("assets", FLAGS_assets, {"inline", "shared"}));
   plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
-  // From wherever the store is read.
+  // The path is absolute, so that it is valid wherever the store is read.
   plan.folder = (fs::absolute(FLAGS_output) / "units").lexically_normal().string();
   return plan;
 }
@@ -123,7 +123,7 @@ Status StateRetestPolicy(fleet::Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::StoreHeader before, store.Header());
   TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
   if (before.policy || policy == fleet::RetestPolicy()) return {};
-  // JSON lines take none once they have begun.
+  // JSON lines that have begun accept no policy.
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_warning(
@@ -137,8 +137,8 @@ Status StateRetestPolicy(fleet::Store& store) {
   return {};
 }
 
-/// Asks the store whether --require-golden lets units be calibrated; empty without that flag.
-/// Error (usage): the flag, or no station is named and `needs_station`: not each unit says its own.
+/// Asks the store whether --require-golden permits calibration; empty without that flag. Error
+/// (usage): the flag, or no station is stated although not each unit states its own.
 using GoldenHold = std::function<Result<std::optional<std::string>>(const std::string& station)>;
 
 Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
@@ -157,21 +157,20 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
   });
 }
 
-/// Makes the folder of the units' folders, with what their reports share.
+/// Creates the folder of the units' folders and the files that their reports share.
 Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(plan.folder));
   return plan.shares_assets ? fleet::WriteSharedAssets(plan.folder) : Status();
 }
 
-/// Opens the store, states there the retest policy, where flags give one, and the shard, and notes
-/// in the plan which store it is: whichever name it is called by, and no other that is called the
-/// same. Errors as OpenStore.
+/// Opens the store, sets its retest policy (if flags state one) and the shard, and records in the
+/// plan which store it is, independent of its name. Errors as OpenStore.
 Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
                                                       fleet::WorkPlan* plan) {
   const std::string usual = InOutput("fleet.db");
   const std::optional<std::string> file = fleet::FileOfStore(StatedStore());
   std::error_code failure;
-  // Shards write files of their own beside it.
+  // Shards write their own files beside it.
   const bool is_beside_another = file && !fleet::JsonLinesPath(StatedStore()) &&
                                  fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
@@ -187,8 +186,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   return store;
 }
 
-/// How flags say that units are to be calibrated; makes the output folder, `fleet` unless stated,
-/// and that of the units in it. Error (usage, bad input): a flag or the experiment.
+/// The calibration options from flags; creates the output folder (default `fleet`) and that of the
+/// units in it. Error (usage, bad input): a flag or the experiment.
 Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
   if (!FLAGS_progress.empty()) {
@@ -199,7 +198,7 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_ASSIGN_OR_RETURN(options.limits, StatedLimits());
   if (FLAGS_output.empty()) FLAGS_output = "fleet";
   TRUETRIAD_ASSIGN_OR_RETURN(options.plan, StatedPlan());
-  // Each takes some 10 MB and a socket.
+  // Each job takes about 10 MB and a socket.
   constexpr int kMostJobs = 1000;
   if (FLAGS_jobs < 0 || FLAGS_jobs > kMostJobs) {
     return BadValue("jobs",
@@ -213,7 +212,7 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   return options;
 }
 
-/// The flags of a verb that calibrates units: `own` ones, and those that all have.
+/// The flags of a verb that calibrates units: `own` and the common ones.
 std::string FleetFlags(const std::string& own) {
   return own +
          " config output store jobs serial to outside-limits report=true|false assets set* tag* "
@@ -282,7 +281,7 @@ Result<VerbResult> RunFleetVerb(const std::vector<std::string>& words) {
 Result<std::optional<double>> StatedSeconds(const std::string& flag, const std::string& text) {
   if (text.empty()) return std::optional<double>();
   TRUETRIAD_ASSIGN_OR_RETURN(const double seconds, ParseReal(flag, text));
-  constexpr double kLeast = 0.05, kMost = 1e6;
+  constexpr double kLeast = 0.05, kMost = 1e6;  // Chosen, s; 1e6 s are 11.6 days.
   if (seconds >= kLeast && seconds <= kMost) return std::optional(seconds);
   return BadValue(flag, text, ": expected seconds, 0.05 or more");
 }

@@ -52,7 +52,7 @@ DEFINE_string(run,
 namespace truetriad {
 namespace {
 
-/// What is asked where only `--where` is given: of each unit the run that counts.
+/// The query for --where alone: the current run of each unit.
 std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
   return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
@@ -75,12 +75,12 @@ std::string CsvOf(const fleet::Table& table) {
   return text;
 }
 
-/// On a terminal, control characters are none; a file or another program takes the bytes.
+/// Control characters are replaced on a terminal; a file or another program gets the bytes.
 std::string ForStdout(std::string text) {
   return isatty(STDOUT_FILENO) == 1 ? Printable(text) : std::move(text);
 }
 
-/// One line of text, whatever is in it.
+/// Any text as one line.
 std::string Flat(std::string text) {
   for (char& c : text) {
     if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) c = ' ';
@@ -88,12 +88,12 @@ std::string Flat(std::string text) {
   return text;
 }
 
-/// As it is shown to people: of bytes how many there are.
+/// A cell as shown to people: for bytes their number.
 std::string Shown(const fleet::Table& table,
                   std::size_t column,
                   const std::optional<std::string>& field) {
   if (!field || !table.are_bytes[column]) return Flat(field.value_or(""));
-  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two digits each.
+  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two digits are one byte.
 }
 
 std::string TextOf(const fleet::Table& table) {
@@ -148,8 +148,8 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
 
 constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 
-/// Writes the typed table beside the output, and has the program of the optional part make Parquet
-/// of it.
+/// Writes the typed table beside the output, and runs the optional program that converts it to
+/// Parquet.
 Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
   TRUETRIAD_RETURN_IF_ERROR(WholeFile(FLAGS_output).status());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
@@ -190,7 +190,7 @@ Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
 
 /// "1, 4 and 7 further ones"
 std::string ShardList(const std::vector<int>& shards) {
-  constexpr std::size_t kMost = 20;
+  constexpr std::size_t kMost = 20;  // About a line.
   std::string text;
   for (std::size_t i = 0; i < std::min(shards.size(), kMost); ++i) {
     text += (text.empty() ? "" : ", ") + std::to_string(shards[i]);
@@ -215,7 +215,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   for (const std::string& source : collected.unfinished) {
     Note("note: " + source + " is not finished: units of its shard may be missing");
   }
-  constexpr std::size_t kMostCopies = 10;
+  constexpr std::size_t kMostCopies = 10;  // Each warning takes several lines.
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
          "; find out which unit was measured, and give the run of the other up by `truetriad fleet "
@@ -236,7 +236,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
   return VerbResult{
-      // The store knows of it, but files of units that may not leave are as they were.
+      // The store is complete, but files of units that may not be delivered are unchanged.
       .exit_code =
           collected.unsafe.empty() && collected.copies.empty() ? kExitGood : kExitOutsideLimits,
       .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
@@ -269,7 +269,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
     for (const std::string& name : VerdictsOfPeople()) names += (names.empty() ? "" : ", ") + name;
     return BadValue("verdict", FLAGS_verdict, " is not known; expected one of " + names);
   }
-  // No store is made of a misspelt name.
+  // A misspelt name must not create a store.
   TRUETRIAD_RETURN_IF_ERROR(fleet::OpenStoreToRead(FLAGS_store));
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              fleet::OpenStore(FLAGS_store));
@@ -294,7 +294,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
                              store->StandingOf(added.serial));
-  // A run that is given up may leave the unit another recording.
+  // After a run is given up, another recording of the unit may count.
   const bool has_another = added.GivesUp() && unit && unit->run != added.run;
   std::string text = has_another ? added.serial + ": run " + added.run +
                                        ", whose serial number was wrong, is given up; " +
@@ -308,7 +308,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   text += verdict == Verdict::kPass ? "Export again what is to leave.\n"
                                     : "What was exported of it elsewhere is as it was.\n";
-  // The store knows of it, but files of a unit that may not leave are as they were.
+  // The store is updated, but files of a unit that may not be delivered are unchanged.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
                     .result = {{"disposition", added.id},

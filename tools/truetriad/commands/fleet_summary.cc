@@ -40,7 +40,7 @@ namespace {
 
 using NamedNumbers = std::map<std::string, double>;
 
-/// What --reference says of quantities. Error (usage): no name or no number.
+/// The values of --reference by quantity. Error (usage): no name or no number.
 Result<NamedNumbers> References() {
   NamedNumbers references;
   std::istringstream lines(FLAGS_reference);

@@ -35,8 +35,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder inside the output folder that is gone at the end, whatever happens: files appear in
-/// their places only once all of them are whole.
+/// A folder inside the output folder that is always removed at the end: files get their final paths
+/// only after all of them are complete.
 class Staging {
  public:
   static Result<std::unique_ptr<Staging>> Create(const std::string& output) {
@@ -62,8 +62,8 @@ class Staging {
   fs::path path_;
 };
 
-/// Moves all files in the folder `from`, and in its folders, to the same places in `to`; first
-/// finds out whether that would fail, so that it does not stop half-way.
+/// Moves all files below `from` to the same places below `to`; first checks that no move would
+/// fail, so that it does not stop half-way.
 Status MoveInto(const fs::path& from, const fs::path& to) {
   std::error_code failure;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
@@ -90,7 +90,7 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
   return {};
 }
 
-/// A pose table of attitudes alone, as a turntable or a robot without error would state it.
+/// A pose table of only attitudes, as from an ideal turntable or robot.
 std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
   std::string text =
       "# attitude of every rest (world <- body) and temperature of the sensing elements\n"
@@ -103,7 +103,7 @@ std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
   return text;
 }
 
-/// Writes the recording of one unit and what is true of it; says what that is.
+/// Writes the recording of one unit and its truth, and returns the truth.
 Result<Calibration> WriteRecordingOf(const Scenario& scenario,
                                      int index,
                                      const fs::path& folder,
@@ -130,7 +130,7 @@ Result<Calibration> WriteRecordingOf(const Scenario& scenario,
   return truth;
 }
 
-/// Each session of a unit in a folder of its own, and beside them the unit on the mean of them.
+/// Writes each session of a unit into its own folder, and beside them the mean over sessions.
 Status WriteUnit(const Scenario& scenario,
                  int index,
                  const fs::path& folder,
@@ -161,16 +161,16 @@ Status WriteUnit(const Scenario& scenario,
   return WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(*mean));
 }
 
-/// Simulates all units, several at a time. Each depends on the seed and its own number alone, so
-/// the bytes are the same however many threads there are. Error: that of a unit; the others are
-/// then given up. A signal that has been noted ends the program as it would have done, once
-/// what was written so far is removed.
+/// Simulates all units in parallel. Each depends only on the seed and its own number, so the bytes
+/// do not depend on the number of threads. Error: that of a unit; the others are then abandoned.
+/// After a recorded signal the program ends as it would have, once the files written so far are
+/// removed.
 Status WriteUnits(const Scenario& scenario,
                   const fs::path& folder,
                   int threads,
                   const ProgressCallback& progress) {
   struct Worker {
-    std::atomic<double> share = 0.0;  ///< Of the unit that it is at.
+    std::atomic<double> share = 0.0;  ///< Of the thread's unit.
     std::optional<Error> failure = {};
   };
   std::vector<Worker> workers(static_cast<std::size_t>(std::min(threads, scenario.count)));
@@ -196,7 +196,7 @@ Status WriteUnits(const Scenario& scenario,
   for (std::size_t left = workers.size(); left > 0;) {
     if (ended.try_acquire_for(std::chrono::milliseconds(100))) --left;
     if (IsInterrupted()) {
-      // Threads that write meanwhile may fill a folder that is being removed.
+      // Threads that are still writing may fill a folder while it is removed.
       std::error_code error;
       do {
         fs::remove_all(folder, error);
@@ -213,15 +213,14 @@ Status WriteUnits(const Scenario& scenario,
   return {};
 }
 
-/// About what the recordings of all units take on the disk.
+/// Approximate size of the recordings of all units on disk.
 struct ExpectedSize {
   double rows = 0.0;
   double bytes = 0.0;
 };
 
 ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
-  // As numbers come with their separators: readings in steps of a thousandth, times in
-  // milliseconds.
+  // Typical bytes with separators: readings in steps of a thousandth, times in milliseconds.
   constexpr double kBytesANumber = 7.5, kBytesATime = 11.0;
   ExpectedSize size;
   double numbers = 0.0;
@@ -240,12 +239,12 @@ ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
   return size;
 }
 
-/// Refuses what the disk has no room for, and says beforehand that something takes long.
+/// Error if the disk lacks room; prints a note if the work takes long.
 Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> unit,
                              Simulation::Create(scenario, 0));
   const ExpectedSize size = SizeOf(scenario, *unit);
-  constexpr double kBytesAGb = 1e9;
+  constexpr double kBytesAGb = 1e9;  // 1 GB.
   const std::string text = Formatted("%.3g rows, about %.3g GB", size.rows, size.bytes / kBytesAGb);
   std::error_code unknown;
   const fs::space_info space = fs::space(folder, unknown);
@@ -261,7 +260,7 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   return {};
 }
 
-/// The files of one unit stand in the output folder itself, perhaps beside what it is made from.
+/// Error: the files of one unit, written into the output folder itself, would replace its input.
 Status CheckKeepsInputs(const Scenario& scenario) {
   if (scenario.count > 1) return {};
   for (const char* name :
@@ -319,7 +318,7 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  // Before the first file is there: whatever has been begun is removed.
+  // Before the first file is created, so that incomplete files are removed.
   NoteInterruptions();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
