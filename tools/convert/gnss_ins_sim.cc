@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// What gnss-ins-sim writes, a file a sensor and one of the times, to a recording.
+// Converts the output of gnss-ins-sim, a file for each sensor and one of the times, to a recording.
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -27,7 +27,7 @@ Result<std::unique_ptr<CsvReader>> Open(const fs::path& path) {
   return CsvReader::Open(path.string(), layout);
 }
 
-/// One sensor's file, its columns mapped.
+/// The file of one sensor, with its columns assigned.
 struct SensorFile {
   TriadColumns triad;
   std::unique_ptr<CsvReader> csv;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// JSON files to a recording. docs/converting.md.
+// Converts JSON files to a recording. docs/converting.md.
 #include "tree/json.h"
 
 #include <algorithm>
@@ -23,7 +23,7 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kDeepest = 8;  ///< Objects in objects.
+constexpr int kDeepest = 8;  ///< Nested objects; deeper ones are left out.
 
 double NumberOf(const Json* value) {
   const bool is_one = value != nullptr && value->is_number();
@@ -36,8 +36,8 @@ bool AreNumbers(const Json& list) {
   });
 }
 
-/// Numbers, or lists of as many numbers each, as rows of a matrix; what is null or not there has no
-/// numbers.
+/// Numbers, or lists of equally many numbers, as rows of a matrix; null and missing values become
+/// NaN.
 std::optional<Matrix> MatrixOf(const std::vector<const Json*>& rows) {
   std::size_t columns = 0;
   for (const Json* row : rows) {
@@ -59,7 +59,7 @@ std::optional<Matrix> MatrixOf(const std::vector<const Json*>& rows) {
   return matrix;
 }
 
-/// The fields of records by name, one value of each for every record.
+/// The fields of records by name, with one value for every record.
 using Fields = std::map<std::string, std::vector<const Json*>>;
 
 void CollectFields(const Json& record,
@@ -111,7 +111,7 @@ void Collect(const Json& value,
   }
 }
 
-/// `text` with NaN and the infinities, which JSON does not know and Python writes, as null.
+/// `text` with NaN and infinities, which Python writes but JSON forbids, replaced by null.
 std::string WithoutNan(const std::string& text) {
   constexpr std::array<std::string_view, 4> kWords = {"NaN", "Infinity", "-Infinity", "-NaN"};
   std::string clean;
@@ -133,7 +133,7 @@ std::string WithoutNan(const std::string& text) {
   return clean;
 }
 
-/// `twice`: a name that an object has twice; else as it was.
+/// `twice`: receives a name that an object has twice; else unchanged.
 Json ParseOnce(const std::string& text, std::string* twice) {
   std::vector<std::set<std::string>> names;
   const auto look = [&](int /*depth*/, Json::parse_event_t event, Json& parsed) {
@@ -148,7 +148,7 @@ Json ParseOnce(const std::string& text, std::string* twice) {
   return Json::parse(text, look);
 }
 
-/// One object on each line, or one list of numbers. Nullopt: it is something else.
+/// One object or one list of numbers on each line. Nullopt: other contents.
 std::optional<Json> ParseLines(const std::string& text) {
   Json records = Json::array();
   std::istringstream lines(text);
@@ -164,10 +164,10 @@ std::optional<Json> ParseLines(const std::string& text) {
   return records;
 }
 
-/// The numbers of a JSON file. What an object holds is called by its keys, "imu.acc"; a list of
-/// numbers is one column, of lists of numbers a matrix, of objects (or a file with one on each
-/// line) a row each: {"t": 0, "acc": [1, 2, 3]} makes `t` and `acc`. null, and NaN as some programs
-/// write it, is no number. Anything else is left out. Error: unreadable, or no JSON.
+/// The numbers of a JSON file. Values in objects are named by their keys, "imu.acc"; a list of
+/// numbers is a column, a list of lists a matrix, and a list of objects (or a file with one on each
+/// line) has a row for each: {"t": 0, "acc": [1, 2, 3]} gives `t` and `acc`. null, and NaN as some
+/// programs write it, is no number. Anything else is left out. Error: unreadable, or not JSON.
 Result<VariableFile> Open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// MATLAB files (.mat) to a recording. docs/converting.md.
+// Converts MATLAB files (.mat) to a recording. docs/converting.md.
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -23,11 +23,11 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kDeepest = 8;  ///< Structs in structs whose fields have a name.
+constexpr int kDeepest = 8;  ///< Nested structs whose fields get a name.
 constexpr char kIncomplete[] =
     "is damaged: a variable is incomplete, and later ones may be missing";
 
-/// The kinds of a matrix, by the number of version 5 and the word of version 7.3.
+/// Classes of a matrix: the number in version 5, a word in version 7.3.
 enum Kind : std::uint32_t {
   kStruct = 2,
   kObject,
@@ -56,7 +56,7 @@ constexpr std::array<std::string_view, kCount> kKinds = {"",
                                                          "function_handle"};
 constexpr bool IsNumeric(std::uint32_t kind) { return kind >= kDouble && kind <= kUint64; }
 
-/// What a file holds under a name.
+/// An object of a file by name.
 struct Found {
   std::string name = {};
   std::uint32_t kind = 0;
@@ -64,8 +64,8 @@ struct Found {
   std::vector<std::size_t> dimensions = {};
 };
 
-/// Takes a real numeric matrix or vector among the variables, anything else among the others.
-/// `read`: reads the numbers of a variable.
+/// Adds a real numeric matrix or vector to the variables, anything else to the others. `read`:
+/// reads the numbers of a variable.
 template <typename Read>
 void Add(const Found& found, const Read& read, VariableFile* file) {
   const auto& [name, kind, is_complex, dimensions] = found;
@@ -101,14 +101,14 @@ Error Damaged(const std::string& path, const std::string& name) {
 
 // -------------------------------------------------------------------------------------- version 5
 
-constexpr std::size_t kTag = 8;        ///< Type and size, a word each.
+constexpr std::size_t kTag = 8;        ///< Type and size: two words.
 constexpr std::size_t kHeader5 = 128;  ///< Its text, version and byte order.
-constexpr int kDeepestCell = 64;       ///< Cells in cells; the walk calls itself as deep.
+constexpr int kDeepestCell = 64;       ///< Nested cells, so the depth of recursion.
 constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Types of elements.
-constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Is taken at once, at most.
+constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Largest read at once.
 
-/// Cells and elements of structs, in all variables together. Eight zeros in the file, compressed to
-/// nothing, may be all of one.
+/// Cells and elements of structs in all variables together: one takes only eight bytes of zeros in
+/// the file, which compress to almost nothing.
 constexpr int kMostCells = 250'000;
 
 /// A type of stored numbers.
@@ -139,7 +139,7 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped
   return is_swapped ? __builtin_bswap32(word) : word;
 }
 
-/// What `packed` holds; where it is damaged or cut, what came out before.
+/// The unpacked data; for damaged or truncated data, the part before that.
 std::string Inflated(std::string_view packed) {
   z_stream stream{};
   std::string content;
@@ -160,29 +160,29 @@ std::string Inflated(std::string_view packed) {
   return content;
 }
 
-/// Goes through a matrix and those in it. A matrix is sound that is there to its end and has the
+/// Walks through a matrix and its nested ones. A matrix is sound if it is complete and has the
 /// bytes for each of its numbers or cells, down to the innermost.
 class Walk {
  public:
-  /// `cells`: how many there may be yet. `wanted`: the matrix whose numbers are read; empty: none.
+  /// `cells`: how many more are allowed. `wanted`: the matrix whose numbers are read; empty: none.
   Walk(ByteStream* content, bool is_swapped, int* cells, std::string wanted = "")
       : content_(content), is_swapped_(is_swapped), cells_(cells), wanted_(std::move(wanted)) {}
 
-  /// What has a name, in the order of the file.
+  /// Named objects in the order of the file.
   const std::vector<Found>& found() const { return found_; }
   std::vector<double>& numbers() { return numbers_; }
 
-  /// Of an element of the file whose tag comes next.
+  /// Whether the next element of the file is sound.
   bool IsSound() {
     std::uint64_t left = content_->left();
     return IsSoundElement(&left, 0, "");
   }
 
  private:
-  static constexpr std::uint32_t kComplexFlag = 0x800U;   // Of the array flags.
-  static constexpr std::size_t kLongestText = 1U << 20U;  // Of the names of a struct's fields.
+  static constexpr std::uint32_t kComplexFlag = 0x800U;   // In the array flags.
+  static constexpr std::size_t kLongestText = 1U << 20U;  // All field names of a struct.
 
-  /// Of a tag that comes next, of at most `left` bytes with it; that is what is left after it.
+  /// The same for an element of at most `left` bytes, from which it is subtracted.
   bool IsSoundElement(std::uint64_t* left, int depth, const std::optional<std::string>& name) {
     const auto words = TakeWords(2, left);
     if (words.empty() || words[0] != kMatrix || words[1] > *left) return false;
@@ -190,8 +190,8 @@ class Walk {
     return IsSoundMatrix(words[1], depth, name);
   }
 
-  /// Of a matrix whose tag was taken. `name`: how one calls it, that of its own where it is empty;
-  /// nullopt: nothing in a list of many has one.
+  /// The same for a matrix after its tag. `name`: the name to use (empty: the matrix's own);
+  /// nullopt: unnamed, as in a list.
   bool IsSoundMatrix(std::uint64_t size, int depth, std::optional<std::string> name) {
     if (size == 0) {
       if (name) found_.push_back({.name = *name});
@@ -216,9 +216,9 @@ class Walk {
     return is_sound && Skip(size);
   }
 
-  /// Of cells, or of the fields of structs and objects.
+  /// The same for cells, or for the fields of structs and objects.
   bool AreSoundCells(const Found& list, int depth, bool has_name, std::uint64_t* left) {
-    if (list.kind == kObject && !TakeText(left)) return false;  // Its class.
+    if (list.kind == kObject && !TakeText(left)) return false;  // Its class name.
     std::uint64_t count = 1;
     std::vector<std::string> fields;
     if (list.kind == kStruct || list.kind == kObject) {
@@ -244,7 +244,7 @@ class Walk {
     return true;
   }
 
-  /// As many numbers as the matrix says, of a type that numbers have, in each part.
+  /// Whether each part has as many numbers as the matrix states, of a numeric type.
   bool AreSoundNumbers(const Found& matrix, bool are_wanted, std::uint64_t* left) {
     std::uint64_t count = 1;
     for (const std::size_t dimension : matrix.dimensions) {
@@ -265,7 +265,7 @@ class Walk {
     return true;
   }
 
-  /// Nullopt where there are not as many bytes.
+  /// Nullopt if there are fewer bytes.
   std::optional<std::string> Take(std::size_t count) {
     std::string bytes(content_->Peek(count));
     if (!Skip(count)) return std::nullopt;
@@ -289,8 +289,8 @@ class Walk {
     return words;
   }
 
-  /// The tag of an element of plain numbers: how many bytes follow, filled up to whole tags. Up to
-  /// four bytes stand in the tag itself, whose size is then in its first half.
+  /// The tag of an element of numbers: the number of bytes that follow, padded to whole tags. Up to
+  /// four bytes are in the tag itself, whose size is then in its first half.
   struct PlainTag {
     std::uint32_t type = 0;
     std::uint64_t size = 0;
@@ -319,9 +319,9 @@ class Walk {
     return text->substr(0, tag->size);
   }
 
-  /// Empty where there are none, or more than any matrix has.
+  /// Empty if there are none, or more than any matrix has.
   std::vector<std::uint32_t> TakeNumbers(std::uint64_t* left) {
-    constexpr std::size_t kMost = 32;  // Dimensions of NumPy; MATLAB states no bound.
+    constexpr std::size_t kMost = 32;  // NumPy's limit; MATLAB states none.
     const auto tag = TakePlainTag(left);
     if (!tag) return {};
     if (tag->inside) return {WordAt(*tag->inside, 0, is_swapped_)};
@@ -354,14 +354,14 @@ class Walk {
   std::vector<double> numbers_;
 };
 
-/// Of more numbers than 2 GB hold: no recording of a sensor.
+/// Whether a variable has more than 2 GB of numbers, beyond any recording of a sensor.
 bool IsTooLarge(const Variable& variable) {
-  constexpr std::size_t kMostElements = std::size_t{1} << 28U;
+  constexpr std::size_t kMostElements = std::size_t{1} << 28U;  // 2 GiB of doubles.
   return variable.columns > 0 && variable.rows > kMostElements / variable.columns;
 }
 
-/// The element that comes next in a file. False: it is not sound. `wanted`: as of Walk; empty:
-/// `take` is called with what it holds.
+/// Reads the next element of a file. False: it is not sound. `wanted`: as of Walk; if empty, `take`
+/// is called with the named objects.
 bool ReadElement(ByteStream* bytes,
                  bool is_swapped,
                  int* cells,
@@ -383,8 +383,8 @@ bool ReadElement(ByteStream* bytes,
   return true;
 }
 
-/// A file of version 5, one element a variable, plain or compressed. What comes behind one that is
-/// not sound is not read.
+/// A file of version 5: one element for each variable, plain or compressed. Reading stops at an
+/// unsound element.
 VariableFile Open5(const std::string& path, ByteStream* bytes, bool is_swapped) {
   VariableFile file;
   bytes->Skip(kHeader5);
@@ -418,7 +418,7 @@ VariableFile Open5(const std::string& path, ByteStream* bytes, bool is_swapped) 
 
 // ------------------------------------------------------------------------------------ version 7.3
 
-/// Something that the library has open.
+/// An open object of the library.
 class Handle {
  public:
   explicit Handle(hid_t id) : id_(id) {}
@@ -434,7 +434,7 @@ class Handle {
   hid_t id_;
 };
 
-/// The kind that MATLAB notes beside an object; of other programs' numbers, that of their type.
+/// The class that MATLAB notes as an attribute, or for other programs' numbers their type.
 std::uint32_t KindOf(hid_t object, hid_t type) {
   std::string word;
   if (H5Aexists(object, "MATLAB_class") > 0) {
@@ -459,7 +459,7 @@ std::uint32_t KindOf(hid_t object, hid_t type) {
   return found == kKinds.end() ? 0 : static_cast<std::uint32_t>(found - kKinds.begin());
 }
 
-/// The numbers of a dataset of a file of so many bytes.
+/// The numbers of a dataset in a file of the given size.
 Result<Matrix> Read73(const Handle& file,
                       const std::string& path,
                       std::uint64_t file_size,
@@ -467,13 +467,13 @@ Result<Matrix> Read73(const Handle& file,
   std::string place = variable.name;
   std::replace(place.begin(), place.end(), '.', '/');
   const Handle dataset(H5Dopen2(*file, place.c_str(), H5P_DEFAULT));
-  // Each number has a byte at least, and zlib packs at most 1032 to 1.
+  // A number has at least one byte, and zlib compresses at most 1032 to 1.
   constexpr std::size_t kDensest = 1032;
   const std::size_t count = variable.rows * variable.columns;
   if (!dataset.is_open() || IsTooLarge(variable) || count / kDensest > file_size) {
     return Damaged(path, variable.name);
   }
-  // A name with a dot may be that of another dataset, in a group.
+  // A name with a dot may also be that of another dataset, in a group.
   const auto held = H5Sget_simple_extent_npoints(*Handle(H5Dget_space(*dataset)));
   if (held < 0 || static_cast<std::size_t>(held) != count) return Damaged(path, variable.name);
   Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
@@ -483,15 +483,15 @@ Result<Matrix> Read73(const Handle& file,
   return matrix;
 }
 
-/// Collects what a group of a file of version 7.3 holds, which is one of HDF5: a variable is a
-/// dataset, a struct a group.
+/// Collects the contents of an HDF5 group in a file of version 7.3: a variable is a dataset, a
+/// struct a group.
 struct Group {
   const std::function<Result<Matrix>(const Variable& variable)>& read;
   VariableFile* file;
   std::string prefix = {};
   int depth = 0;
 
-  /// False: it cannot be read to its end.
+  /// False: it is unreadable from some point on.
   bool Collect(hid_t group) {
     const auto take = [](hid_t in, const char* name, const auto* /*link*/, void* self) {
       return static_cast<herr_t>(static_cast<const Group*>(self)->Take(in, name) ? 0 : -1);
@@ -500,10 +500,10 @@ struct Group {
   }
 
   bool Take(hid_t group, const std::string& own_name) const {
-    // A damaged file may go round in a circle.
+    // A damaged file may contain cycles.
     constexpr std::size_t kMostVariables = 100'000;
     if (file->variables.size() + file->others.size() > kMostVariables) return false;
-    if (own_name.starts_with('#')) return true;  // Where MATLAB keeps the elements of cells.
+    if (own_name.starts_with('#')) return true;  // MATLAB's store of cell elements.
     const Handle object(H5Oopen(group, own_name.c_str(), H5P_DEFAULT));
     if (!object.is_open()) return PassOver();
     Found found{.name = prefix + own_name};
@@ -518,7 +518,7 @@ struct Group {
     std::array<hsize_t, H5S_MAX_RANK> extents{};
     const int rank = H5Sget_simple_extent_dims(*space, extents.data(), nullptr);
     if (rank < 0) return PassOver();
-    // HDF5 counts rows as MATLAB does columns.
+    // HDF5's order of dimensions is the reverse of MATLAB's.
     found.dimensions.assign(extents.rend() - rank, extents.rend());
     if (H5Aexists(*object, "MATLAB_empty") > 0) found.dimensions = {0, 0};
     const H5T_class_t stored = H5Tget_class(*type);
@@ -535,9 +535,9 @@ struct Group {
   }
 };
 
-/// Nullopt: it is no file of HDF5.
+/// Nullopt: not an HDF5 file.
 std::optional<VariableFile> Open73(const std::string& path, std::uint64_t size) {
-  H5dont_atexit();                              // What damage has left of its state stays as it is.
+  H5dont_atexit();                              // Its state may be damaged.
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // Prints nothing.
   const auto handle = std::make_shared<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!handle->is_open()) return std::nullopt;
@@ -548,13 +548,13 @@ std::optional<VariableFile> Open73(const std::string& path, std::uint64_t size) 
   return file;
 }
 
-/// Real numeric matrices and vectors of a .mat file, those in (nested) 1×1 structs included. Error:
-/// unreadable, or no .mat file.
+/// Real numeric matrices and vectors of a .mat file, including those in (nested) 1×1 structs.
+/// Error: unreadable, or not a .mat file.
 Result<VariableFile> Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
-  // What the first bytes say. Files of version 4 have no signature, and would have to be believed.
+  // The first bytes identify the version. Version 4 has no signature and cannot be verified.
   constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
-  constexpr std::size_t kUserBlock = 512;  // That of MATLAB, before HDF5.
+  constexpr std::size_t kUserBlock = 512;  // MATLAB's, before the HDF5 data.
   constexpr std::string_view kLittle("\0\1IM", 4);
   constexpr std::string_view kBig("\1\0MI", 4);
   const std::string_view beginning = bytes->Peek(kUserBlock + kHdf5.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Logs whose readings a script in Node finds, PX4 ULog and Parquet, to a recording.
+// Converts logs whose readings a Node script decodes, PX4 ULog and Parquet, to a recording.
 // docs/converting.md.
 #include <array>
 #include <cerrno>
@@ -33,14 +33,14 @@
 namespace truetriad::convert {
 namespace {
 
-/// A log whose container a script reads in Node (tools/convert-node/lib/read.js), as lines that
-/// come through a pipe: a letter, and behind it JSON, or the numbers of a row.
+/// A log that a Node script reads (tools/convert-node/lib/read.js). It arrives as lines through a
+/// pipe: a letter, then JSON, or the numbers of a row.
 class NodeLog {
  public:
-  /// `request`: {"format": "ulog", "input": …}, and what the script of the format wants to know.
-  /// Error: it cannot be started.
+  /// `request`: {"format": "ulog", "input": …} and the options of the format's script. Error: it
+  /// cannot be started.
   static Result<std::unique_ptr<NodeLog>> Start(const Json& request) {
-    constexpr int kScriptPipe = 3;  // As lib/frames.js knows it.
+    constexpr int kScriptPipe = 3;  // The descriptor in lib/frames.js.
     const std::optional<std::string> script = FindCompanion("../lib/read.js");
     if (!script)
       return Error(ErrorCode::kBrokenInstallation, "convert-node/lib/read.js is missing");
@@ -72,9 +72,8 @@ class NodeLog {
   NodeLog(const NodeLog&) = delete;
   NodeLog& operator=(const NodeLog&) = delete;
 
-  /// Says, or prints, what the script has to say, and gives the next other line, valid until the
-  /// next call; empty: the log has ended. Error: what the script has found, or that it ended before
-  /// the log did.
+  /// Prints the script's messages and returns the next other line, valid until the next call;
+  /// empty: the log has ended. Error: reported by the script, or the script ended before the log.
   Result<std::string_view> Next() {
     for (;;) {
       const ssize_t size = getline(&line_, &capacity_, lines_.get());
@@ -113,11 +112,11 @@ class NodeLog {
 
   pid_t child_ = -1;
   std::unique_ptr<std::FILE, Close> lines_;
-  char* line_ = nullptr;  ///< As getline keeps it.
+  char* line_ = nullptr;  ///< Owned by getline.
   std::size_t capacity_ = 0;
 };
 
-/// What the lines of a script say, made a recording.
+/// Builds a recording from the lines of a script.
 class ScriptedRecording {
  public:
   explicit ScriptedRecording(const Arguments& arguments) : arguments_(arguments) {}
@@ -131,7 +130,7 @@ class ScriptedRecording {
     return line[0] == 'T' ? AddTable(said) : Describe(said);
   }
 
-  /// Nothing was converted where the log was only listed.
+  /// If the log was only listed, there is nothing to commit.
   Status Commit() { return folder_ ? folder_->Commit() : Status(); }
 
  private:
@@ -150,7 +149,7 @@ class ScriptedRecording {
     return {};
   }
 
-  /// A table's number, a time, three readings and a temperature.
+  /// The index of a table, a time, three readings and a temperature.
   void TakeRow(std::string_view row) {
     const char* at = row.data();
     const auto take = [&](auto* number) {
@@ -172,7 +171,7 @@ class ScriptedRecording {
   /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "firmware": "px4", "ids":
   /// {"accelerometer": 1310988}, "slots": {…}, "thermalSlots": {…}, "idleThermalSlots":
   /// {"accelerometer": [1, 2]}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}: the last by
-  /// the numbers of tables.
+  /// table index.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
     folder_->SetOrigin(said.at("format"), {arguments_.inputs[0]});
@@ -193,7 +192,7 @@ class ScriptedRecording {
       device.idle_thermal_slots[*TriadFromName(triad)] = slots.get<std::vector<std::int64_t>>();
     if (said.contains("magnetometerTurn")) {
       const std::array<double, 9> rows = said.at("magnetometerTurn");
-      // Its own axes are those in which it is corrected.
+      // It is corrected in its own axes.
       const Eigen::Map<const Eigen::Matrix3d> mount(rows.data());
       device.magnetometer_turn_deg = TurnDegOf(mount.transpose());
       device.magnetometer_mount_deg = TurnDegOf(mount);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// A folder with one recording a face of a block to one recording with six named rests.
+// Converts a folder with one recording for each face of a block to a recording of six named rests.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A face, named by the axis that points up, and what its file may be called.
+/// A face, named by the axis that points up, and the possible names of its file.
 struct Face {
   std::string_view name;
   std::string_view word;
@@ -34,7 +34,7 @@ constexpr std::array<Face, 6> kFaces = {{{"+x", "x_up"},
                                          {"+z", "z_up"},
                                          {"-z", "z_down"}}};
 
-/// The file of a face; nullopt where there is none. Error: more than one.
+/// The file of a face; nullopt if there is none. Error: more than one.
 Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder) {
   std::optional<fs::path> found;
   for (const std::string_view name : {face.name, face.word}) {
@@ -53,7 +53,7 @@ Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder)
   return found;
 }
 
-/// What one file holds: readings by time, so that triads of other rates find their rows.
+/// The contents of one file: readings by time, so that triads of other rates are assigned to rows.
 struct Rest {
   struct Row {
     std::array<double, 9> readings{};
@@ -65,7 +65,7 @@ struct Rest {
 };
 
 Result<Rest> ReadRest(const fs::path& path) {
-  // Rests are short, but a wrong file may not be.
+  // Rests are short, but a wrong file may be long.
   constexpr std::size_t kMostRows = 20'000'000;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source,
                              OpenRecording(path.string()));
@@ -165,7 +165,7 @@ Status Run(const Arguments& arguments) {
       first.streams = rest.streams;
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, rest, path));
-    // One after another, with a pause in between in which the block is turned.
+    // Rests follow each other with a pause in which the block is turned.
     constexpr std::int64_t kPauseNs = 1'000'000'000;
     const std::int64_t shift_ns = next_start_ns - rest.rows.begin()->first;
     for (const auto& [time_ns, reading] : rest.rows) {

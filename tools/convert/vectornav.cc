@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ASCII sentences of VectorNav units ($VNYMR, …) to a recording. docs/converting.md.
+// Converts ASCII sentences of VectorNav units ($VNYMR, …) to a recording. docs/converting.md.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -26,36 +26,36 @@
 namespace truetriad::convert {
 namespace {
 
-/// A kind of VectorNav ASCII sentence that holds readings: magnetometer in gauss, accelerometer in
-/// m/s^2, gyroscope in rad/s, all axes of the unit. VN-100, VN-200 and VN-300 user manuals.
+/// A VectorNav ASCII sentence with readings: magnetometer in gauss, accelerometer in m/s^2,
+/// gyroscope in rad/s, all in the unit's axes. VN-100, VN-200 and VN-300 user manuals.
 struct SentenceKind {
-  std::string_view name;      ///< "VNYMR".
-  std::size_t fields = 0;     ///< Numbers behind the name.
-  std::size_t first = 0;      ///< Of them, the first that is a reading.
-  std::vector<Triad> triads;  ///< Three numbers each, in this order.
-  bool compensated = false;   ///< By the user's registers 23, 25 and 84, and what was learned.
-  std::optional<std::size_t> temperature;  ///< The field in degC.
+  std::string_view name;                   ///< "VNYMR".
+  std::size_t fields = 0;                  ///< Number of numeric fields after the name.
+  std::size_t first = 0;                   ///< Index of the first reading among them.
+  std::vector<Triad> triads;               ///< In this order, three numbers each.
+  bool compensated = false;                ///< By registers 23, 25 and 84 and by learned values.
+  std::optional<std::size_t> temperature;  ///< Field in degC.
 };
 
-/// What a sentence says of its own bytes.
+/// The result of a sentence's checksum.
 enum class Checksum {
-  kNone,   ///< Nothing: it ends without `*`, or with `*XX`.
-  kWrong,  ///< What stands behind `*` is not that of the sentence.
+  kNone,   ///< It has none: it ends without `*`, or with `*XX`.
+  kWrong,  ///< The text after `*` is not its checksum.
   kRight,
 };
 
-/// What stands between `$` and the next `$` or end of line.
+/// The text between `$` and the next `$` or end of line.
 struct Sentence {
-  std::string_view name;  ///< Up to the first comma; empty: none.
-  std::string_view body;  ///< Behind that comma, up to `*`.
+  std::string_view name;  ///< Up to the first comma; empty: no name.
+  std::string_view body;  ///< After that comma, up to `*`.
   Checksum checksum = Checksum::kNone;
-  const SentenceKind* kind = nullptr;  ///< With readings; null: another.
-  bool is_named = false;        ///< It names its kind, so that it keeps that kind's place in time.
-  std::vector<double> numbers;  ///< Of its kind, if all is intact; else empty.
-  bool has_appended = false;    ///< Behind the numbers, a status or counter.
+  const SentenceKind* kind = nullptr;  ///< With readings; null: another kind.
+  bool is_named = false;               ///< Its name is reliable, so that it fixes its turn.
+  std::vector<double> numbers;         ///< Empty unless all are valid.
+  bool has_appended = false;           ///< A status or counter follows the numbers.
 };
 
-/// Stands for a checksum that nobody counted.
+/// Replaces a checksum that was not computed.
 constexpr std::string_view kNotCounted = "XX";
 
 std::uint8_t XorOf(std::string_view text) {
@@ -98,9 +98,9 @@ bool IsCounter(std::string_view field) {
 const std::vector<SentenceKind>& SentenceKinds() {
   using enum Triad;
   static const std::vector<SentenceKind> kinds = {
-      // Behind yaw, pitch and roll.
+      // After yaw, pitch and roll.
       {"VNYMR", 12, 3, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
-      // Behind a quaternion.
+      // After a quaternion.
       {"VNQMR", 13, 4, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
       {"VNMAR", 9, 0, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
       {"VNMAG", 3, 0, {kMagnetometer}, true, std::nullopt},
@@ -112,7 +112,7 @@ const std::vector<SentenceKind>& SentenceKinds() {
   return kinds;
 }
 
-/// Null where `name` is no kind with readings.
+/// Null if `name` is no kind with readings.
 const SentenceKind* FindSentenceKind(std::string_view name) {
   for (const SentenceKind& kind : SentenceKinds()) {
     if (kind.name == name) return &kind;
@@ -120,8 +120,8 @@ const SentenceKind* FindSentenceKind(std::string_view name) {
   return nullptr;
 }
 
-/// Splits a sentence and checks it: two digits are the XOR of what is between `$` and `*`, four its
-/// CRC-16 (x^16 + x^12 + x^5 + 1, from 0).
+/// Parses a sentence and verifies its checksum: two digits are the XOR of the bytes between `$` and
+/// `*`, four digits their CRC-16 (x^16 + x^12 + x^5 + 1, from 0).
 Sentence ParseSentence(std::string_view text) {
   Sentence sentence;
   sentence.name = text.substr(0, text.find_first_of(",*"));
@@ -138,11 +138,10 @@ Sentence ParseSentence(std::string_view text) {
   return sentence;
 }
 
-/// The numbers of `body`; empty unless there are `count`, and all of them are numbers. Behind them
-/// may stand what register 30 appends: the status, `S` and four hexadecimal digits, and a counter
-/// or time, `T` and digits.
+/// The numbers of `body`; empty unless there are `count` valid ones. After them register 30 may
+/// append the status, `S` and four hexadecimal digits, and a counter or time, `T` and digits.
 std::vector<double> NumbersOf(std::string_view body, std::size_t count, bool* has_appended) {
-  // An empty field at the end is one, too.
+  // The added comma keeps an empty last field.
   std::vector<std::string> fields = Split(std::string(body) + ",", ',');
   *has_appended = fields.size() > count;
   if (fields.size() > count && IsCounter(fields.back())) fields.pop_back();
@@ -160,24 +159,24 @@ std::vector<double> NumbersOf(std::string_view body, std::size_t count, bool* ha
 constexpr std::size_t kLongestLine = 4096;  // A sentence has some 130 characters.
 constexpr std::string_view kEndOfLine = "\r\n";
 
-/// How many sentences of one kind there are.
+/// Counts of sentences of one kind.
 struct Tally {
   std::uint64_t intact = 0;
-  std::uint64_t bad = 0;  ///< Of a wrong checksum, or not as many numbers as the kind has.
+  std::uint64_t bad = 0;  ///< A wrong checksum or count of numbers.
 };
 
-/// Which sentence comes after which: a unit that writes several kinds does so in turns.
+/// The order of sentences: a unit that writes several kinds repeats them in a fixed order.
 class Turns {
  public:
-  /// `name`: empty where it is not known.
+  /// `name`: empty if unknown.
   void Learn(const std::string& name) {
     if (!previous_.empty() && !name.empty()) ++followers_[previous_][name];
     previous_ = name;
   }
 
-  /// The kind that comes after `name`; null where it is now one and now another.
+  /// The kind that follows `name`; null if it is ambiguous.
   const std::string* After(std::string_view name) const {
-    // One in a hundred for sentences that were lost.
+    // One in a hundred may differ because sentences were lost.
     constexpr std::uint64_t kAgainstOther = 99;
     const auto found = followers_.find(name);
     if (found == followers_.end()) return nullptr;
@@ -201,8 +200,8 @@ class Turns {
 struct Contents {
   std::map<std::string, Tally, std::less<>> kinds;   ///< With readings, by name.
   std::map<std::string, Tally, std::less<>> others;  ///< Without: VNYPR, VNRRG, ….
-  std::uint64_t unreadable = 0;                      ///< Lines without the name of a sentence.
-  std::uint64_t with_appended = 0;                   ///< That end with a status or counter.
+  std::uint64_t unreadable = 0;                      ///< Lines without a sentence's name.
+  std::uint64_t with_appended = 0;                   ///< With a status or counter.
   bool has_checksums = false;
   Turns turns;
 
@@ -214,8 +213,8 @@ struct Contents {
   }
 };
 
-/// Calls `take(text)` with what is between each `$` and the next one or the end of its line, and
-/// with an empty text for a line without any, until it returns false. Error: the file cannot be
+/// Calls `take(text)` with the text between each `$` and the next one or the end of its line, and
+/// with an empty text for a line without `$`, until it returns false. Error: the file cannot be
 /// read.
 template <typename Take>
 Status EachSentence(const std::string& path, const Take& take) {
@@ -251,23 +250,23 @@ bool IsName(std::string_view name) {
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") == std::string_view::npos;
 }
 
-/// A line of a log whose unit writes checksums, or was told to write none.
+/// Parses a line of a log whose unit writes checksums or none.
 Sentence Understand(std::string_view text, bool has_checksums) {
   Sentence sentence = ParseSentence(text);
   const bool is_intact = sentence.checksum == (has_checksums ? Checksum::kRight : Checksum::kNone);
   sentence.kind = FindSentenceKind(sentence.name);
-  // A name that stands in no list needs a checksum that proves it.
+  // An unknown name counts only with a valid checksum.
   sentence.is_named = sentence.kind != nullptr || (IsName(sentence.name) && is_intact);
   if (sentence.kind != nullptr && is_intact)
     sentence.numbers = NumbersOf(sentence.body, sentence.kind->fields, &sentence.has_appended);
   return sentence;
 }
 
-/// Where a single sentence has a right checksum, the unit writes them, and one without is cut.
+/// One valid checksum shows that the unit writes them; a sentence without one is then truncated.
 Result<bool> HasChecksums(const std::string& path) {
   bool found = false;
   TRUETRIAD_RETURN_IF_ERROR(EachSentence(path, [&](std::string_view text) {
-    // A damaged digit can make XX of a checksum, but not a checksum of XX.
+    // Damage can turn the digits of a checksum into XX, but not XX into a valid checksum.
     found = found || ParseSentence(text).checksum == Checksum::kRight;
     return !found;
   }));
@@ -293,7 +292,7 @@ Result<Contents> Survey(const std::string& path) {
   return contents;
 }
 
-/// The kinds to convert. Error: there is none, or several have readings of one sensor.
+/// Selects the kinds to convert. Error: there is none, or several have readings of one sensor.
 Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
                                                 const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
@@ -335,7 +334,7 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
                    "; intact are: " + ListOf(held) + "; " + Counted(contents.bad(), "bad line"));
 }
 
-/// Samples a second, of --columns=time=100Hz.
+/// The sample rate in Hz of --columns=time=100Hz.
 Result<double> RateOf(const Arguments& arguments) {
   constexpr std::string_view kPrefix = "time=";
   const auto found = arguments.others.find("columns");
@@ -352,7 +351,7 @@ Result<double> RateOf(const Arguments& arguments) {
                "--columns=" + PrintableLine(text) + ": expected a rate, as in time=40Hz");
 }
 
-/// Rows of one kind. A bad sentence takes the time that it had.
+/// The rows of one kind. An invalid sentence still takes its sample time.
 struct Route {
   const SentenceKind* kind = nullptr;
   Table* table = nullptr;
@@ -381,7 +380,7 @@ std::map<std::string_view, Route> OpenTables(const std::vector<const SentenceKin
   return routes;
 }
 
-/// The second reading: rows into tables.
+/// The second pass: converts rows to tables.
 class Conversion {
  public:
   Conversion(const Contents& contents, double rate_hz, std::map<std::string_view, Route> routes)
@@ -413,7 +412,7 @@ class Conversion {
     return std::llround(static_cast<double>(route->sentences++) * (1e9 / rate_hz_));
   }
 
-  /// A line without a name is of the only kind that there is, or of the one whose turn it is.
+  /// A line without a name counts for the only kind, or for the kind that is next in order.
   void TakeUnreadable() {
     const std::string* const due =
         is_alone_ && contents_.others.empty() ? nullptr : contents_.turns.After(previous_);
@@ -431,8 +430,8 @@ class Conversion {
   const Contents& contents_;
   double rate_hz_ = 0.0;
   std::map<std::string_view, Route> routes_;
-  bool is_alone_ = false;  ///< No other kind with readings is in the log.
-  std::string previous_;   ///< The kind of the line before.
+  bool is_alone_ = false;  ///< The log has one kind with readings.
+  std::string previous_;   ///< Kind of the previous line.
   std::uint64_t unplaced_ = 0;
 };
 

@@ -35,21 +35,21 @@ std::unique_ptr<ByteStream> ByteStream::Of(std::string bytes) {
 }
 
 void ByteStream::Fill(std::size_t count) {
-  // A small file needs no large buffer; one that still grows is read on by the same steps.
+  // A small file needs only a small buffer; a growing file is read on in chunks of the same size.
   constexpr std::uint64_t kLeastChunk = std::uint64_t{1} << 12U,
                           kMostChunk = std::uint64_t{1} << 20U;
   const auto chunk = static_cast<std::size_t>(std::clamp(size_, kLeastChunk, kMostChunk));
   std::memmove(buffer_.data(), buffer_.data() + begin_, end_ - begin_);
   end_ -= begin_;
   begin_ = 0;
-  // Grows with what the file holds, not with what is asked for.
+  // The buffer grows with the file's data, not with `count`.
   while (end_ < count && !read_failed_) {
     if (buffer_.size() < end_ + chunk) buffer_.resize(end_ + chunk);
     const std::size_t got =
         std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
     end_ += got;
     if (got == 0) {
-      // Cut short meanwhile, or unreadable: what is left is not there.
+      // The file was truncated meanwhile, or is unreadable: it ends here.
       read_failed_ = std::ferror(file_.get()) != 0;
       size_ = position_ + end_;
       break;

@@ -14,24 +14,23 @@
 
 namespace truetriad::convert {
 
-/// A binary file, read from front to back with a view of the bytes ahead. Memory depends on how far
-/// ahead one looks, never on the file's length or on what it says about itself.
+/// A binary file that is read sequentially with a view of the bytes ahead. Memory depends on the
+/// length of that view, not on the length of the file or on sizes that it states.
 class ByteStream {
  public:
-  /// Error: missing, unreadable, empty, or no regular file.
+  /// Error: missing, unreadable, empty, or not a regular file.
   static Result<std::unique_ptr<ByteStream>> Open(const std::string& path);
-  /// Of bytes that are in memory already.
+  /// A stream of bytes in memory.
   static std::unique_ptr<ByteStream> Of(std::string bytes);
   ByteStream(const ByteStream&) = delete;
   ByteStream& operator=(const ByteStream&) = delete;
 
-  /// The next `count` bytes; fewer only at the end. Valid until the next call. Range: <=
-  /// kLookAhead.
+  /// The next `count` bytes, or fewer at the end. Valid until the next call. Range: <= kLookAhead.
   std::string_view Peek(std::size_t count);
-  /// Goes on by `count` bytes, or to the end.
+  /// Advances by `count` bytes, or to the end.
   void Skip(std::uint64_t count);
 
-  /// A record of a log that is longer is taken for damage.
+  /// Longer records are taken for damage.
   static constexpr std::size_t kLookAhead = std::size_t{512} << 20U;
 
   std::uint64_t position() const { return position_; }  ///< Of the next byte.
@@ -55,14 +54,14 @@ class ByteStream {
   std::uint64_t size_ = 0;
   std::uint64_t position_ = 0;
   std::string buffer_;
-  std::size_t begin_ = 0;  ///< Bytes of the buffer that have been passed.
-  std::size_t end_ = 0;    ///< Bytes of the buffer that hold the file's.
+  std::size_t begin_ = 0;  ///< Consumed bytes of the buffer.
+  std::size_t end_ = 0;    ///< End of the file's bytes in the buffer.
   bool read_failed_ = false;
 };
 
 static_assert(std::endian::native == std::endian::little, "logs are read as little-endian bytes");
 
-/// The little-endian number that begins at byte `offset`, which must be there in full.
+/// The little-endian number at byte `offset`, which must be complete.
 template <typename T>
 T LoadNumber(std::string_view bytes, std::size_t offset) {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -71,7 +70,7 @@ T LoadNumber(std::string_view bytes, std::size_t offset) {
   return value;
 }
 
-/// Reads little-endian values one after another; one read beyond the end fails, and all after it.
+/// Reads little-endian values one after another; a read beyond the end and all later ones fail.
 class ByteCursor {
  public:
   explicit ByteCursor(std::string_view bytes) : left_(bytes) {}
@@ -82,7 +81,7 @@ class ByteCursor {
     return bytes.size() == sizeof(T) ? LoadNumber<T>(bytes, 0) : T{};
   }
 
-  /// Empty when there are fewer.
+  /// Empty if fewer bytes are left.
   std::string_view TakeBytes(std::size_t count) {
     if (failed_ || count > left_.size()) {
       failed_ = true;

@@ -19,8 +19,8 @@
 namespace truetriad::convert {
 namespace {
 
-std::string program = "truetriad-convert";  // NOLINT: set once, before anything is said.
-bool says_json = false;                     // NOLINT: as well.
+std::string program = "truetriad-convert";  // NOLINT: set once before any message.
+bool says_json = false;                     // NOLINT: likewise.
 
 std::vector<std::string> SplitList(const std::string& list) {
   std::vector<std::string> items = Split(list, ',');
@@ -28,13 +28,13 @@ std::vector<std::string> SplitList(const std::string& list) {
   return items;
 }
 
-/// The flag of that name, which is taken out; empty: it is not given.
+/// Removes and returns the value of a flag; empty if it is not given.
 std::string TakeFlag(std::string_view name, Arguments* arguments) {
   const auto found = arguments->others.find(name);
   return found == arguments->others.end() ? "" : arguments->others.extract(found).mapped();
 }
 
-/// Error (usage): what does not apply, or is missing.
+/// Error (usage): a flag that does not apply, or a missing one.
 Status Check(const Converter& converter, Arguments* arguments) {
   arguments->output = TakeFlag("output", arguments);
   arguments->topics = SplitList(TakeFlag("topic", arguments));
@@ -57,7 +57,7 @@ Status Check(const Converter& converter, Arguments* arguments) {
                "no --output given; name the folder for the recording, or use --list");
 }
 
-/// Flags are --name=value; what is none is an input.
+/// Flags have the form --name=value; other words are inputs.
 Result<Arguments> Parse(const Converter& converter, const std::vector<std::string>& words) {
   Arguments arguments;
   for (const std::string& word : words) {
@@ -106,7 +106,7 @@ Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::str
                    {input},
                    "is a folder without any file that ends with " + std::string(ending));
     }
-    // log_10 comes after log_9.
+    // Numerical order: log_10 comes after log_9.
     std::sort(found.begin(), found.end(), [](const std::string& a, const std::string& b) {
       return a.size() != b.size() ? a.size() < b.size() : a < b;
     });

@@ -9,9 +9,9 @@
 namespace truetriad::convert {
 
 void BoundMemory([[maybe_unused]] const std::vector<std::string>& paths) {
-#ifndef __SANITIZE_ADDRESS__                   // Which maps terabytes.
-  constexpr rlim_t kLeast = rlim_t{2} << 30U;  // Of the program and its libraries.
-  constexpr rlim_t kPerByte = 64;              // Of numbers of a byte, 8 as doubles, packed 8 to 1.
+#ifndef __SANITIZE_ADDRESS__                   // It maps terabytes.
+  constexpr rlim_t kLeast = rlim_t{2} << 30U;  // Program and libraries.
+  constexpr rlim_t kPerByte = 64;              // 8 for doubles times 8 for compression.
   rlim_t bytes = kLeast;
   for (const std::string& path : paths) {
     std::error_code missing;

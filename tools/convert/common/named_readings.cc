@@ -23,7 +23,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kRoles = {
     "time", "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
-/// What a name, in lower case, can only mean; empty where that is not clear.
+/// The unambiguous role of a name in lower case; empty if there is none.
 std::string_view RoleOf(std::string_view name) {
   static const std::vector<std::vector<std::string_view>> known = {
       {"time", "t", "timestamp"},
@@ -41,10 +41,10 @@ std::string Shape(const Variable& variable) {
   return std::to_string(variable.rows) + "x" + std::to_string(variable.columns);
 }
 
-/// `time=none`: every row is one reading of a unit at rest.
+/// `time=none`: each row is one reading of a unit at rest.
 constexpr std::string_view kNoTime = "none";
 
-/// What the input files hold.
+/// The contents of the input files.
 struct Inputs {
   std::vector<std::string> paths;
   std::vector<Variable> variables;
@@ -61,9 +61,9 @@ struct Inputs {
     return ListOf(all, 30);
   }
 
-  /// By its name, or by file and name; of several of one name the one in the file `preferred`.
-  /// Error (usage): there is none, or several. Error (bad input): it may be where a file is
-  /// damaged.
+  /// Finds a variable by name, or by file and name; of several with the same name the one in the
+  /// file `preferred`. Error (usage): there is none, or several. Error (bad input): a file is
+  /// damaged, so the variable may be missing.
   Result<const Variable*> Find(const std::string& name, const std::string& preferred) const {
     std::vector<const Variable*> found;
     for (const Variable& variable : variables) {
@@ -98,7 +98,7 @@ struct Inputs {
   }
 };
 
-/// "acc@t_acc": readings, and a time of their own; empty where they have that of `time=`.
+/// "acc@t_acc": readings with their own time; the time is empty if `time=` applies.
 struct TimedReference {
   std::string readings;
   std::string time;
@@ -111,7 +111,7 @@ TimedReference SplitTime(const std::string& reference) {
 
 bool IsRate(const std::string& time) { return time.ends_with("Hz"); }
 
-/// Whether every triad has a time. Error (usage): a row of `time=none` has none of its own.
+/// Whether every triad has a time. Error (usage): `time=none` with a triad that has its own time.
 Result<bool> HaveTimes(const ByRole& columns) {
   const auto common = columns.find("time");
   bool all = true;
@@ -129,7 +129,7 @@ Result<bool> HaveTimes(const ByRole& columns) {
   return all;
 }
 
-/// What each role is called: as the user says, else by names that are clear.
+/// The variable of each role: as the user states, else by unambiguous names.
 Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   ByRole chosen;
   const auto stated = arguments.others.find("columns");
@@ -139,7 +139,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
     const std::string name = LowerCase(variable.name.substr(variable.name.rfind('.') + 1));
     const std::string role(RoleOf(name));
     if (role.empty()) continue;
-    // A time in each of several files goes with the readings there.
+    // A time or temperature in each of several files belongs to the readings there.
     const bool goes_along = role == "time" || role == "temperature";
     candidates[role].insert(goes_along ? variable.name : variable.full_name);
   }
@@ -158,7 +158,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   return chosen;
 }
 
-/// Error (usage): the role has another unit already.
+/// Error (usage): the role already has another unit.
 Status TakeUnit(const std::string& role, const std::string& unit, ByRole* units) {
   const auto [there, is_new] = units->emplace(role, unit);
   if (is_new || there->second == unit) return {};
@@ -217,7 +217,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   ByRole needed = columns;
   for (const auto& [role, column] : columns) {
     const std::string own = TriadFromName(role) ? SplitTime(column).time : "";
-    // A time of seconds is needed, whichever it is.
+    // A unit is required for a time of seconds, whichever role it has.
     if (!own.empty() && !IsRate(own)) needed["time"] = own;
   }
   for (const auto& [role, column] : needed) {
@@ -239,7 +239,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
 namespace {
 
 /// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
-/// (ax+ay+az), or x, y and z in turn in one list (data:xyz). `path`: of the file of its first one.
+/// (ax+ay+az), or an interleaved list of x, y and z (data:xyz). `path`: the file of the first.
 struct Vectors {
   std::vector<std::vector<double>> columns;
   std::string path;
@@ -255,15 +255,15 @@ Matrix Transposed(const Matrix& matrix) {
   return turned;
 }
 
-/// With a sample in each row, `width` columns: whichever side is as wide, else the shorter one.
+/// One sample in each row of `width` columns; if no side is `width`, the shorter one is columns.
 Matrix Upright(Matrix matrix, std::size_t width) {
   const bool is_upright =
       matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows);
   return is_upright ? std::move(matrix) : Transposed(matrix);
 }
 
-/// Readings in turn in one list as three columns. What is left over at the end is padding where it
-/// is no number. Error (usage): it is one.
+/// An interleaved list of readings as three columns. Surplus values at the end must be NaN
+/// (padding). Error (usage): one is a number.
 Result<Matrix> InTurn(Matrix list, const std::string& part) {
   for (std::size_t i = list.values.size() / 3 * 3; i < list.values.size(); ++i) {
     if (std::isnan(list.values[i])) continue;
@@ -314,7 +314,7 @@ Result<Vectors> ReadVectors(const Inputs& inputs,
   return vectors;
 }
 
-/// The times of `count` samples in ns; where there is none, their numbers.
+/// The times of `count` samples in ns; without a time their indices.
 Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
                                             const std::string& reference,
                                             const ByRole& units,
@@ -338,7 +338,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Vectors vectors, ReadVectors(inputs, reference, 1, path));
   const double ns = *NanosecondsPer(units.at("time"));
-  constexpr double kLast = 9.2e18;  // 2^63 = 9.22e18: what 64 bits of nanoseconds hold.
+  constexpr double kLast = 9.2e18;  // Nanoseconds must fit into 64 bits: 2^63 = 9.22e18.
   for (const double value : vectors.columns[0]) {
     const double time_ns = value * ns;
     if (!(std::abs(time_ns) < kLast)) {
@@ -352,7 +352,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
   return times;
 }
 
-/// In degC; empty where there is none for `count` readings in `file`.
+/// In degC; empty if `file` has none for `count` readings.
 Result<std::vector<double>> ReadTemperatures(const Inputs& inputs,
                                              const ByRole& columns,
                                              const ByRole& units,
@@ -379,15 +379,15 @@ Result<std::vector<double>> ReadTemperatures(const Inputs& inputs,
   return temperatures;
 }
 
-/// What of the input belongs to one triad.
+/// The input data of one triad.
 struct TriadReadings {
   Triad triad = Triad::kAccelerometer;
   std::vector<std::vector<double>> axes;
   std::vector<std::int64_t> times_ns;
-  std::vector<double> temperatures_degc;  ///< Empty: none.
+  std::vector<double> temperatures_degc;  ///< Empty: not available.
 };
 
-/// Those that are whole; says which are not. Error (bad input): so is one that `are_named`.
+/// Reads complete triads and reports the others. Error (bad input): one of these `are_named`.
 Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
                                               const ByRole& columns,
                                               bool are_named,
@@ -428,8 +428,8 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
   return all;
 }
 
-/// Sensors whose rows belong together: by the time of the first, or where it has none by their
-/// number, so that a reading that is missing stays in its row.
+/// Adds sensors that share rows: by the time of the first one, or without times by index, so that a
+/// row with a missing reading stays aligned.
 void AddTable(const std::string& file,
               bool has_time,
               std::span<const TriadReadings> group,
@@ -504,11 +504,11 @@ Status ConvertInputs(Inputs inputs, const Arguments& arguments, const std::strin
             inputs.All());
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const ByRole units, ReadUnits(columns, arguments));
-  // All is read before anything is written: a damaged file can bring a library down.
+  // All data are read before anything is written, since a damaged file can crash a library.
   TRUETRIAD_ASSIGN_OR_RETURN(
       const std::vector<TriadReadings> all,
       ReadTriads(inputs, columns, arguments.others.contains("columns"), units));
-  inputs.variables.clear();  // Which closes the files.
+  inputs.variables.clear();  // This closes the files.
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<RecordingFolder> folder,
                              RecordingFolder::Create(arguments.output));
   folder->SetOrigin(format, inputs.paths);

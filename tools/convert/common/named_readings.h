@@ -14,7 +14,7 @@
 
 namespace truetriad::convert {
 
-/// Numbers, column by column.
+/// Numbers in column-major order.
 struct Matrix {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;
@@ -22,50 +22,50 @@ struct Matrix {
   double At(std::size_t row, std::size_t column) const { return values[column * rows + row]; }
 };
 
-/// A real matrix in a file of named ones, or a field of a struct in it, by its full name:
+/// A real matrix in a file of named matrices, or a field of a struct in it, by its full name:
 /// "imu.acc".
 struct Variable {
   std::string name;
-  std::string type;  ///< As the file calls it: "double", "int16", …
+  std::string type;  ///< In the file's terms: "double", "int16", …
   std::size_t rows = 0, columns = 0;
-  /// Error: it is not whole, or too large to be what it says.
+  /// Error: it is incomplete, or too large.
   std::function<Result<Matrix>()> read = {};
   std::string path = {};       ///< Of its file.
-  std::string full_name = {};  ///< "acc"; of several files "unit-acc/data", as the file is called.
+  std::string full_name = {};  ///< "acc"; for several files "unit-acc/data", with the file's name.
 };
 
 /// A file of named matrices.
 struct VariableFile {
   std::vector<Variable> variables;
-  std::map<std::string, std::string> others;  ///< Beside them, by name: "complex", "text".
-  std::string damage;  ///< Why it cannot be read to its end: then some variables may be missing.
+  std::map<std::string, std::string> others;  ///< Other contents by name: "complex", "text".
+  std::string damage;  ///< Why the end is unreadable: variables may be missing.
 };
 
-/// By role: "time", "accelerometer", …, "temperature".
+/// Names by role: "time", "accelerometer", …, "temperature".
 using ByRole = std::map<std::string, std::string>;
 
-/// What --columns calls each role, "accelerometer=acc,…". `example`: of an item, behind `roles`.
-/// Error (usage): a role that is none of `roles`, or one twice.
+/// The name of each role in --columns, "accelerometer=acc,…". `example`: an item for the message,
+/// after `roles`. Error (usage): an unknown role, or one given twice.
 Result<ByRole> ParseColumns(const std::string& columns,
                             std::span<const std::string_view> roles,
                             const std::string& example);
 
-/// Units as --units says; `counts` for every triad that has no other. `columns`: what the user
-/// calls each role, "acc@t" where it has a time of its own.
+/// The units of --units; `counts` for triads without one. `columns`: the names by role, "acc@t"
+/// with a time of its own.
 /// Error (usage): unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 
-/// Files of one format.
+/// A file format of named matrices.
 struct NamedFormat {
   std::string_view name;  ///< "json": the program is truetriad-convert-json.
   Result<VariableFile> (*open)(const std::string& path) = nullptr;
 };
 
-/// Converts, or lists, files of named matrices whose meaning the user states (--columns, --units)
-/// or their names make clear.
+/// Converts or lists files of named matrices whose meaning is stated by the user (--columns,
+/// --units) or clear from their names.
 Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments);
 
-/// The `main` of a converter of such files.
+/// The `main` of a converter for such a format.
 int RunNamedReadingsConverter(const NamedFormat& format, int argc, char** argv);
 
 }  // namespace truetriad::convert

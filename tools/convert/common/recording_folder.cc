@@ -26,41 +26,40 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Without units, which the manifest states: opened without it, and so without what it says about
-// corrections, the file is refused.
+// Column names have no units, which the manifest states: a CSV that is opened without its manifest,
+// and so without its corrections, is refused.
 constexpr std::string_view kTimeColumn = "time_ns";
 constexpr std::string_view kTemperatureColumn = "temperature";
 constexpr std::string_view kManifest = "recording.yaml";
 constexpr std::string_view kPoses = "poses.yaml";
-constexpr std::size_t kChunk = std::size_t{1} << 18U;  // Is written at once.
+constexpr std::size_t kChunk = std::size_t{1} << 18U;  // Written at once.
 constexpr std::size_t kLongestNumber = 32;             // A double has 24 characters, a time 20.
 
 std::string Column(const TriadColumns& triad, char axis) {
   return std::string(TriadPrefix(triad.triad)) + "_" + axis;
 }
 
-/// Beyond any sensor: ten thousand g, a million turns a minute, a hundred tesla. Such a reading
-/// comes of damage to a log that has no checksum.
+/// Limits that no sensor reaches: 1e4 g, about 1e6 turns a minute (1e5 rad/s), 100 T. Larger
+/// readings come from damage in a log without checksums.
 double LargestReading(const TriadColumns& columns) {
   constexpr PerTriad<double> kLargest = {{1e5, 1e5, 1e8}};
-  // Beyond 2^53 = 9e15 a double does not hold each whole number.
+  // Above 2^53 = 9e15 a double does not represent every integer.
   constexpr double kLargestCount = 1e15;
   const Result<Unit> unit = ParseTriadUnit(columns.triad, columns.unit);
   CHECK(unit) << columns.unit;
   return unit->is_counts ? kLargestCount : kLargest[columns.triad] / unit->truth_per_raw;
 }
 
-/// Not so for NaN.
+/// False for NaN.
 bool AllBelow(double largest, const double* values) {
   return std::abs(values[0]) <= largest && std::abs(values[1]) <= largest &&
          std::abs(values[2]) <= largest;
 }
 
-/// Half of what an integer of nanoseconds holds, so that differences do not overflow: the year
-/// 2116.
+/// Half of the range of 64-bit nanoseconds, so that differences do not overflow: the year 2116.
 constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
 
-/// A clock that jumps by more than a day at either end of a recording was not read, but damaged.
+/// A larger jump of the clock (one day) at either end of a recording is damage.
 constexpr std::int64_t kLongestJumpNs = 86'400'000'000'000;
 
 }  // namespace
@@ -107,7 +106,7 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
     return;
   }
   if (columns_.has_temperature) {
-    // From absolute zero to where no electronics live; NaN is neither.
+    // Valid from absolute zero to 1000 degC, above any electronics; NaN is invalid.
     const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
     row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
   }
@@ -163,7 +162,7 @@ char* Table::WriteRow(const Row& row, char* text) const {
   return text;
 }
 
-/// A clock far ahead stays to the end.
+/// Removes the last rows after a jump ahead of the clock, since a row far ahead is sorted last.
 void Table::LeaveOutLastAfterAJump() {
   for (std::size_t i = 1; i < waiting_.size(); ++i) {
     if (waiting_[i].time_ns - waiting_[i - 1].time_ns <= kLongestJumpNs) continue;
@@ -184,7 +183,7 @@ Status Table::Commit() {
   output_.Write({text_.data(), filled_});
   filled_ = 0;
   if (rows_ == 0 && IsSeen()) {
-    // Without a reading it is a stream all the same, and whoever opens it says so.
+    // A sensor without readings gets an empty row, so that opening the recording reports it.
     Row row;
     row.time_ns = first_time_ns_;
     row.values.fill(std::numeric_limits<double>::quiet_NaN());
@@ -317,7 +316,7 @@ std::string RecordingFolder::Manifest(const Recording& recording) const {
 
 Status RecordingFolder::MoveIntoPlace() {
   std::error_code failure;
-  // Takes the place of nothing, or of an empty folder.
+  // This succeeds if the directory is missing or empty.
   fs::rename(temporary_, directory_, failure);
   if (!failure) {
     temporary_.clear();

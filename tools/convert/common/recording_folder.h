@@ -24,43 +24,42 @@ namespace truetriad::convert {
 struct TriadColumns {
   Triad triad = Triad::kAccelerometer;
   std::string unit;     ///< As in recordings: "m/s^2".
-  std::string applied;  ///< What firmware has done to it: YAML behind `applied.<triad>:`; or empty.
+  std::string applied;  ///< YAML for `applied.<triad>:`, the firmware's correction; or empty.
   std::uint64_t rows = 0;
-  std::uint64_t without_numbers = 0;        ///< Rows with NaN, or what no sensor says.
+  std::uint64_t without_numbers = 0;        ///< Rows with NaN or an impossible value.
   std::optional<double> si_per_count = {};  ///< The size of a count, where the log states it.
 
-  /// One that gave no valid number is in the recording all the same: it is there, and broken.
+  /// Whether the sensor is in the log. One without a valid number is kept, as a broken sensor.
   bool IsSeen() const { return rows > 0 || without_numbers > 0; }
 };
 
-/// What the rows of a table hold beside readings.
+/// The columns of a table besides readings.
 struct TableColumns {
   bool has_temperature = false;
-  bool has_time = true;  ///< Else the times that rows are added with are only their order.
-  /// Of a log without checksums, or whose rows may lack a temperature: rows at either end whose
-  /// clock jumps are left out, and the manifest has a temperature only where all rows have.
+  bool has_time = true;  ///< Else the times of added rows are only counters.
+  /// The log has no checksums, or rows may lack a temperature: rows at either end beyond a jump of
+  /// the clock are left out; the manifest states a temperature only if all rows have one.
   bool is_unchecked = false;
 };
 
-/// One CSV of a recording: rows of a time, some triads and perhaps a temperature.
+/// One CSV of a recording: rows of a time, some triads and optionally a temperature.
 ///
-/// Rows may come a little out of order: the last kReach are put in order of time. A row that comes
-/// later still is left out and counted, because a recording's time never goes back.
+/// Rows may come slightly out of order: the last kReach rows are sorted by time. A row that comes
+/// even later is left out and counted, since the time of a recording must not decrease.
 class Table {
  public:
-  static constexpr std::size_t kReach = 1024;      ///< A second of 1 kHz.
-  static constexpr std::size_t kMostColumns = 10;  ///< Three triads and a temperature.
+  static constexpr std::size_t kReach = 1024;      ///< One second at 1 kHz.
+  static constexpr std::size_t kMostColumns = 10;  ///< 3 triads and a temperature.
 
   Table(const std::string& folder,
         std::string file,
         std::vector<TriadColumns> triads,
         TableColumns columns);
 
-  /// Adds a row: three readings for each triad, in their order; bit i of `present` says whether the
-  /// i-th triad has any at this time. One that has, but not three numbers that can be
-  /// readings, is counted.
+  /// Adds a row: three readings for each triad in order; bit i of `present` states whether the i-th
+  /// triad has readings at this time. Readings that are not three plausible numbers are counted.
   void Add(std::int64_t time_ns, const double* readings, unsigned present = ~0U);
-  /// The temperature that rows carry from now on, in degC.
+  /// Sets the temperature of the following rows, in degC.
   void SetTemperature(double temperature_degc) { temperature_degc_ = temperature_degc; }
 
   Status Commit();
@@ -91,7 +90,7 @@ class Table {
 
   std::string file_name_;
   std::vector<TriadColumns> triads_;
-  std::vector<double> largest_;  ///< Of a reading, by triad.
+  std::vector<double> largest_;  ///< Largest valid reading, by triad.
   TableColumns columns_;
   WholeFile output_;
   std::string text_;
@@ -104,37 +103,37 @@ class Table {
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// DIR/recording.yaml, further recordings beside it, and the CSVs they name, written in a folder
-/// beside DIR that takes its name once everything is whole; or, where DIR exists, moved into it
-/// file by file, the manifest last.
+/// Writes DIR/recording.yaml, further recordings beside it, and their CSVs. They are written in a
+/// folder beside DIR that is renamed to DIR when all are complete; or if DIR exists, they are moved
+/// into it one by one, the manifest last.
 class RecordingFolder {
  public:
   /// Error: DIR cannot be written.
   static Result<std::unique_ptr<RecordingFolder>> Create(const std::string& directory);
-  ~RecordingFolder();  ///< Leaves nothing behind unless committed.
+  ~RecordingFolder();  ///< Removes everything unless committed.
   RecordingFolder(const RecordingFolder&) = delete;
   RecordingFolder& operator=(const RecordingFolder&) = delete;
 
   /// Valid as long as the folder.
   Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
-  /// What follows belongs to recording-N.yaml, of the log's sensors of that number; the first with
-  /// rows is recording.yaml.
+  /// Begins recording-N.yaml for the log's sensors of number `instance`; the first one with rows
+  /// becomes recording.yaml.
   void BeginRecording(int instance);
 
-  /// What the manifest says about the origin: `source: {key: value, …}`, `frame:`, and
-  /// what firmware says of the sensors that have rows as `device:`.
-  /// The first of them: what the log is called, its files where they are told, and the converter.
+  /// The manifest's statements on the origin: `source: {key: value, …}`, `frame:`, and as `device:`
+  /// those of firmware on the sensors that have rows. SetOrigin sets the first keys of the source:
+  /// the log's format, its files if `paths` is given, and the converter.
   void SetOrigin(const std::string& format, const std::vector<std::string>& paths = {});
   void SetSource(const std::string& key, const std::string& value);
   void SetFrame(const std::string& frame) { recordings_[current_].frame = frame; }
   void SetSerial(const std::string& serial) { recordings_[current_].serial = serial; }
   void SetDevice(const Tags& device) { recordings_[current_].device = device; }
-  /// The text of poses.yaml, when the log says where its rests are.
+  /// Sets the text of poses.yaml, if the log states its rests.
   void SetPoses(const std::string& poses) { poses_ = poses; }
 
-  /// Writes the manifests, gives the folder its name, and prints the manifests' paths on stdout and
-  /// what they hold on stderr. Error: no triad has a row; or a file cannot be written.
+  /// Writes the manifests, renames the folder, and prints the manifests' paths on stdout and their
+  /// contents on stderr. Error: no triad has a row; or a file cannot be written.
   Status Commit();
 
  private:
@@ -156,7 +155,7 @@ class RecordingFolder {
   std::string temporary_;
   std::vector<std::unique_ptr<Table>> tables_;
   std::vector<Recording> recordings_ = std::vector<Recording>(1);
-  std::size_t current_ = 0;  ///< Of recordings_.
+  std::size_t current_ = 0;  ///< Index in recordings_.
   std::string poses_;
 };
 

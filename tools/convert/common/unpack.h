@@ -8,11 +8,11 @@
 
 namespace truetriad::convert {
 
-/// Unpacks `size` bytes by steps, each of which takes of `packed` and says how much of its room it
-/// filled, until one is false. False: there are fewer bytes, those that came out before.
+/// Unpacks up to `size` bytes. Each `step` consumes part of `packed` and sets the number of bytes
+/// produced, until it returns false. False: `unpacked` holds fewer bytes.
 template <typename Step>
 bool UnpackBy(const Step& step, std::string_view packed, std::size_t size, std::string* unpacked) {
-  // Grows with what is unpacked, not with what the chunk says of itself.
+  // The memory grows with the data produced, not with the size that the chunk states.
   constexpr std::size_t kStep = std::size_t{1} << 18U;
   std::size_t filled = 0;
   for (bool goes_on = true; goes_on && filled < size;) {
@@ -21,7 +21,7 @@ bool UnpackBy(const Step& step, std::string_view packed, std::size_t size, std::
     const std::size_t before = packed.size();
     goes_on = step(&packed, unpacked->data() + filled, &produced);
     filled += produced;
-    if (produced == 0 && packed.size() == before) break;  // Cut: it wants more.
+    if (produced == 0 && packed.size() == before) break;  // Truncated data.
   }
   unpacked->resize(filled);
   return filled == size;

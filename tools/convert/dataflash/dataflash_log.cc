@@ -11,20 +11,20 @@
 namespace truetriad::convert {
 namespace {
 
-// What a record begins with, before its type.
+// The bytes before the type of a record.
 constexpr char kMagic0 = '\xA3', kMagic1 = '\x95';
 constexpr int kFormatType = 128;             // FMT
 constexpr std::size_t kHeader = 3;           // Magic bytes and type.
 constexpr std::size_t kLongestRecord = 255;  // The length is one byte of FMT.
 
-/// What a letter of a format says of its field: how many bytes, and of what.
+/// The field of a type letter: its number of bytes and its kind.
 struct Layout {
   enum Kind { kSigned, kUnsigned, kFloat, kText, kOther };
 
   char letter;
   std::size_t size;
   Kind kind;
-  double factor = 1.0;  ///< From the integer to the number that it stands for.
+  double factor = 1.0;  ///< Number for one unit of the integer.
 };
 constexpr std::array<Layout, 21> kLayouts = {{
     {'b', 1, Layout::kSigned},         {'B', 1, Layout::kUnsigned},
@@ -40,7 +40,7 @@ constexpr std::array<Layout, 21> kLayouts = {{
     {'a', 64, Layout::kOther},
 }};
 
-/// Of no bytes for a letter that is not known.
+/// Zero bytes for an unknown letter.
 Layout LayoutOf(char letter) {
   const auto* const found = std::find_if(
       kLayouts.begin(), kLayouts.end(), [&](const Layout& one) { return one.letter == letter; });
@@ -65,8 +65,8 @@ bool IsName(std::string_view name) {
   return true;
 }
 
-/// Format, name, letters and labels of an FMT record: type, length, name[4], letters[16],
-/// labels[64]. Null when they contradict each other.
+/// Parses an FMT record: type, length, name[4], letters[16], labels[64]. Null if they are
+/// inconsistent.
 std::unique_ptr<MessageFormat> ParseFormat(std::string_view record) {
   ByteCursor cursor(record.substr(kHeader));
   auto format = std::make_unique<MessageFormat>();
@@ -124,7 +124,7 @@ std::string_view TextIn(const MessageField& field, std::string_view record) {
 }
 
 DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {
-  // FMT describes itself too, but has to be known before.
+  // FMT also defines itself, but it must be known to read that.
   auto format = std::make_unique<MessageFormat>();
   format->type = kFormatType;
   format->name = "FMT";
@@ -134,7 +134,7 @@ DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move
 
 Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
-  constexpr std::size_t kBeginning = std::size_t{1} << 20U;  // Logs begin with their formats.
+  constexpr std::size_t kBeginning = std::size_t{1} << 20U;  // Definitions come first.
   const std::string_view beginning = bytes->Peek(kBeginning);
   constexpr std::string_view kFormatHeader = "\xA3\x95\x80";
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
@@ -191,7 +191,7 @@ void DataflashLog::Describe(std::string_view record) {
     if (std::exchange(has_begun_, true) && next_log_ == 0) next_log_ = read_bytes_;
     return;
   }
-  // The first word counts: a second one for the same type is damaged.
+  // The first definition of a type is valid; a second one is damage.
   std::unique_ptr<MessageFormat>& known = formats_[static_cast<std::size_t>(format->type)];
   if (!known) known = std::move(format);
 }

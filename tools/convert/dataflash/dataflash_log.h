@@ -14,14 +14,14 @@
 
 namespace truetriad::convert {
 
-/// One field of a message. The letters are those of ArduPilot, AP_Logger/LogStructure.h.
+/// One field of a message. Type letters are those of ArduPilot's AP_Logger/LogStructure.h.
 struct MessageField {
   std::string name;
   char letter = '\0';
   std::size_t offset = 0;  ///< From the record's first byte.
 };
 
-/// One kind of message, as the log itself describes it.
+/// One kind of message, as defined by the log itself.
 struct MessageFormat {
   int type = 0;
   std::string name;
@@ -31,22 +31,22 @@ struct MessageFormat {
   const MessageField* Find(std::string_view field) const;
 };
 
-/// The value of a number's field; NaN for text.
+/// The value of a numeric field; NaN for text.
 double NumberIn(const MessageField& field, std::string_view record);
-/// The value of an integer's field; nullopt for others.
+/// The value of an integer field; nullopt for others.
 std::optional<std::uint64_t> IntegerIn(const MessageField& field, std::string_view record);
-/// The characters of a text's field, up to its first NUL.
+/// The characters of a text field up to its first NUL.
 std::string_view TextIn(const MessageField& field, std::string_view record);
 
-/// An ArduPilot DataFlash log, record by record: A3 95 type body, where messages of type 128 (FMT)
-/// describe the others.
+/// An ArduPilot DataFlash log, record by record: A3 95 type body; messages of type 128 (FMT) define
+/// the others.
 ///
-/// A record counts as whole when it has its magic bytes, a type that was described, and is followed
-/// by another record's magic bytes or the end. After anything else the reader goes on at the next
-/// place where that holds.
+/// A record counts as complete if it has the magic bytes and a defined type, and if another
+/// record's magic bytes or the end follow. After damage reading continues at the next position
+/// where this holds.
 class DataflashLog {
  public:
-  /// Error: unreadable, or nothing in its first MiB describes a message.
+  /// Error: unreadable, or no definition of a message in the first MiB.
   static Result<std::unique_ptr<DataflashLog>> Open(const std::string& path);
 
   struct Record {
@@ -56,17 +56,17 @@ class DataflashLog {
   Record Next();
 
   std::uint64_t records() const { return records_; }
-  std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Of no whole record.
-  std::uint64_t damages() const { return damages_; }              ///< Places where they lie.
+  std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Outside records.
+  std::uint64_t damages() const { return damages_; }              ///< Separate runs of those bytes.
   double progress() const { return bytes_->progress(); }
-  /// Where another log begins behind the first; 0: nowhere.
+  /// Position of a second log in the file; 0: none.
   std::uint64_t next_log() const { return next_log_; }
   /// Whether the file could not be read to its end.
   bool read_failed() const { return bytes_->read_failed(); }
 
  private:
   explicit DataflashLog(std::unique_ptr<ByteStream> bytes);
-  /// The length of the record that `ahead` begins with; 0 when it begins with none that is whole.
+  /// The length of the complete record at the beginning of `ahead`; 0: there is none.
   std::size_t WholeRecord(std::string_view ahead) const;
   void Describe(std::string_view record);
 
@@ -76,7 +76,7 @@ class DataflashLog {
   std::uint64_t skipped_bytes_ = 0;
   std::uint64_t damages_ = 0;
   std::uint64_t read_bytes_ = 0, next_log_ = 0;
-  bool has_begun_ = false;  ///< The format of formats was read, which each log begins with.
+  bool has_begun_ = false;  ///< The definition of FMT was read, with which each log begins.
   bool in_damage_ = false;
 };
 

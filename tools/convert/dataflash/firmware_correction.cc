@@ -11,11 +11,11 @@
 namespace truetriad::convert {
 namespace {
 
-/// A parameter of the sensor "ACC", "GYR" or "TCAL" of `instance`, which counts from 0.
+/// The name of a parameter of the sensor "ACC", "GYR" or "TCAL" of `instance`, from 0.
 std::string InertialName(std::string_view sensor, std::string_view rest, int instance) {
   return Expanded("INS_" + std::string(sensor) + std::string(rest), instance + 1);
 }
-/// A parameter of a compass, whose sets count from 1.
+/// The name of a parameter of a compass, whose sets count from 1.
 std::string CompassName(std::string_view rest, int slot) {
   return Expanded("COMPASS_" + std::string(rest), slot);
 }
@@ -37,16 +37,16 @@ Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& 
   return values;
 }
 
-/// Firmware puts a sensor's number together from 24 bits; unset: the log does not state it, or 0.
+/// A sensor's identification, 24 bits in firmware; unset: the log does not state it, or states 0.
 std::optional<std::int64_t> IdIn(const Parameters& parameters, const std::string& name) {
   const Result<double> id = Value(parameters, name);
   if (!id || !(*id > 0.0 && *id < 0x1p24)) return std::nullopt;
   return static_cast<std::int64_t>(*id);
 }
 
-/// The set of parameters of the compass `instance`. Compasses are logged in the order of
-/// COMPASS_PRIOn_ID, and their sets stand in that of COMPASS_DEV_ID (AP_Compass.cpp:
-/// _get_state_id). Error: no set has the number.
+/// The parameter set of compass `instance`. Compasses are logged in the order of COMPASS_PRIOn_ID,
+/// while sets have the order of COMPASS_DEV_ID (AP_Compass.cpp: _get_state_id). Error: no set has
+/// the id.
 Result<int> CompassSlot(const Parameters& parameters, int instance) {
   const std::string name = CompassName("PRIO@_ID", instance + 1);
   const std::optional<std::int64_t> id = IdIn(parameters, name);
@@ -60,8 +60,8 @@ Result<int> CompassSlot(const Parameters& parameters, int instance) {
   return Error(ErrorCode::kInvalidValue, "no COMPASS_DEV_ID is " + name);
 }
 
-/// The rotation from the board to the vehicle: after the correction of what is on the board, before
-/// that of a compass.
+/// The rotation from the board to the vehicle; sensors on the board are corrected before it, a
+/// compass after it.
 Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   TRUETRIAD_ASSIGN_OR_RETURN(const double number, Value(parameters, "AHRS_ORIENTATION"));
   const auto turn_deg = BoardTurnDeg(number, kBoardRotations.size());
@@ -69,9 +69,9 @@ Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
 }
 
-/// Roll, pitch and yaw from an external compass's own axes into the recording's: ORIENT turns its
-/// readings into the vehicle's, and `applied:` turns these into the board's. Unset: it is on the
-/// board, where AHRS_ORIENTATION turns its readings and is undone.
+/// Roll, pitch and yaw from an external compass's axes into the recording's: ORIENT turns its
+/// readings into the vehicle's axes, and `applied:` turns these into the board's. Unset: it is on
+/// the board, where the rotation AHRS_ORIENTATION of its readings is undone.
 std::optional<Eigen::Vector3d> MountDegOf(const Parameters& parameters, int slot) {
   const Result<double> external =
       Value(parameters, slot == 1 ? "COMPASS_EXTERNAL" : CompassName("EXTERN#", slot));
@@ -83,7 +83,7 @@ std::optional<Eigen::Vector3d> MountDegOf(const Parameters& parameters, int slot
   return TurnDegOf(board->transpose() * TurnOf(*turn_deg));
 }
 
-/// The `thermal:` line for P(T) − P(T_cal); empty where the firmware has none or it is off.
+/// The `thermal:` line for P(T) − P(T_cal); empty if firmware lacks such terms or they are off.
 Result<std::string> Thermal(const Parameters& parameters, std::string_view sensor, int instance) {
   const std::string prefix = InertialName("TCAL", "@_", instance);
   if (!IsCorrectedByTemperature(parameters, instance)) return std::string();
@@ -100,12 +100,12 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Eigen::Vector3d row,
         Vector(parameters, prefix + std::string(sensor) + std::to_string(power)));
-    text << (power > 1 ? ", " : "") << row * 1e-6;  // Firmware states them in millionths.
+    text << (power > 1 ? ", " : "") << row * 1e-6;  // In millionths in firmware.
   }
   return (text << "]}").str();
 }
 
-/// INS_ACCSCAL of a sensor; ones for a gyroscope.
+/// INS_ACCSCAL of an accelerometer; ones for a gyroscope.
 Result<Eigen::Vector3d> InertialScale(const Parameters& parameters,
                                       std::string_view sensor,
                                       int instance) {
@@ -129,7 +129,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
                              InertialScale(parameters, sensor, instance));
   YamlText text;
   if (order == CorrectionOrder::kVehicleFrame) {
-    // (R·y) ∘ s − o as a manifest states it: M·(y − p) with M = diag(s)·R, p = Rᵀ·(o / s).
+    // (R·y) ∘ s − o in the form of a manifest: M·(y − p) with M = diag(s)·R, p = Rᵀ·(o / s).
     const Eigen::Vector3d subtracted = rotation.transpose() * offset.cwiseQuotient(scale);
     const Eigen::Matrix3d product = scale.asDiagonal() * rotation;
     text << "\n    offset: " << subtracted << "\n    matrix: " << product << "\n";
@@ -145,7 +145,7 @@ Result<std::string> InertialCorrection(const Parameters& parameters,
 Result<std::string> CompassCorrection(const Parameters& parameters, int instance) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Vector3d added, CompassOffsets(parameters, instance));
   TRUETRIAD_ASSIGN_OR_RETURN(const Eigen::Matrix3d matrix, CompassMatrix(parameters, instance));
-  // D·(R·y + o) = D·R·(y + Rᵀ·o), y in the board's axes; a recording's offset is subtracted.
+  // D·(R·y + o) = D·R·(y + Rᵀ·o), y in the board's axes; a manifest subtracts its offset.
   const Result<Eigen::Matrix3d> known = RotationOf(parameters);
   const Eigen::Matrix3d rotation = known ? *known : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
   const Eigen::Vector3d offset = Eigen::Vector3d::Zero() - rotation.transpose() * added;
@@ -159,7 +159,7 @@ Result<std::string> CompassCorrection(const Parameters& parameters, int instance
 
 bool IsCorrectedByTemperature(const Parameters& parameters, int instance) {
   const auto enabled = parameters.find(InertialName("TCAL", "@_ENABLE", instance));
-  // 1: corrects. 2: learns, and does not correct meanwhile. Absent: firmware before 4.1.
+  // 1: corrects. 2: learns without correcting. Absent: firmware before 4.1.
   return enabled != parameters.end() && enabled->second == 1.0;
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ArduPilot DataFlash logs (.bin) to a recording. docs/converting.md.
+// Converts ArduPilot DataFlash logs (.bin) to a recording. docs/converting.md.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -26,12 +26,12 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostImus = 5;  // INS_MAX_INSTANCES of ArduPilot.
 
-/// Messages that hold readings. Older logs number the message (IMU2), newer ones have a field I.
+/// Messages with readings. Older logs number the message (IMU2), newer ones have a field I.
 constexpr std::array<std::string_view, 4> kKinds = {"IMU", "ACC", "GYR", "MAG"};
 
-/// Which message, and which sensor: "IMU2" is {IMU, 1}.
+/// Kind and sensor index of a message: "IMU2" is {IMU, 1}.
 struct Source {
-  std::string_view kind;  ///< Empty: none of them.
+  std::string_view kind;  ///< Empty: another message.
   int instance = 0;
 
   friend auto operator<=>(const Source&, const Source&) = default;
@@ -50,8 +50,8 @@ Source SourceOf(const MessageFormat& format, std::string_view record) {
   return {};
 }
 
-/// Nanoseconds since the autopilot's start; nullopt where the message has no time. Logs before 2015
-/// have it in milliseconds.
+/// Nanoseconds since the autopilot's start; nullopt if the message has no time. Logs before 2015
+/// have milliseconds.
 std::optional<std::int64_t> TimeOf(const MessageFormat& format,
                                    std::string_view record,
                                    std::string_view field_name) {
@@ -69,7 +69,7 @@ std::optional<std::int64_t> TimeOf(const MessageFormat& format,
   return static_cast<std::int64_t>(*time) * unit_ns;
 }
 
-/// The field with a chip's temperature in degC; null where the message has none.
+/// The field of a chip's temperature in degC; null if the message has none.
 const MessageField* TemperatureOf(const MessageFormat& format) {
   const MessageField* const field = format.Find("T");
   return field == nullptr ? format.Find("Temp") : field;
@@ -94,7 +94,7 @@ struct Axes {
   }
 };
 
-/// What one reading of the whole log, from front to back, found.
+/// The results of the first pass through the log.
 struct Contents {
   struct Messages {
     std::uint64_t count = 0;
@@ -102,11 +102,11 @@ struct Contents {
   };
   std::map<Source, Messages> sources;
   Parameters parameters;
-  /// What parameters were that changed after readings began.
+  /// Earlier values of parameters that changed after readings began.
   std::map<std::string, std::vector<double>> earlier;
-  std::map<int, Eigen::Vector3d> compass_offsets;  ///< Of the first row of each magnetometer.
-  std::set<int> with_temperature;                  ///< Instances whose IMU messages have one.
-  bool in_milliseconds = false;                    ///< As firmware before 2015 logs.
+  std::map<int, Eigen::Vector3d> compass_offsets;  ///< First row of each magnetometer.
+  std::set<int> with_temperature;                  ///< Instances with IMU temperatures.
+  bool in_milliseconds = false;                    ///< As in firmware before 2015.
   std::string firmware;
   std::uint64_t records = 0, skipped_bytes = 0, damages = 0;
 };
@@ -144,8 +144,8 @@ bool IsOf2014(const Contents& contents) {
   return false;
 }
 
-/// Firmware of 2014 knows no compass matrix. Of other firmware that logs milliseconds that is known
-/// only where the log names none and nothing of it is lost.
+/// Adds the identity as compass matrix for firmware of 2014, which has none. For other firmware
+/// that logs milliseconds it is known to have none only if the log names none and is undamaged.
 void StateNoCompassMatrix(Contents* contents) {
   if (!contents->in_milliseconds || (!IsOf2014(*contents) && contents->damages > 0)) return;
   Parameters& parameters = contents->parameters;
@@ -160,8 +160,8 @@ void StateNoCompassMatrix(Contents* contents) {
   }
 }
 
-/// In which order the firmware corrected; compasses never changed. Error: it is of the months when
-/// that of the others did, or unnamed.
+/// The firmware's order of correction; that of compasses never changed. Error: the version is of
+/// the months when it changed, or is not named.
 Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   if (!contents.in_milliseconds || triad == Triad::kMagnetometer) {
     return CorrectionOrder::kSensorFrame;
@@ -215,14 +215,14 @@ std::string SourceName(const Source& source) {
   return std::string(source.kind) + " of instance " + std::to_string(source.instance);
 }
 
-/// Which messages become a recording.
+/// The messages for one recording.
 struct Choice {
   int instance = 0;
-  std::string suffix;  ///< Of its files: "-1".
+  std::string suffix;  ///< Of its file names: "-1".
   std::set<std::string_view> kinds;
 };
 
-/// One for each instance that is asked for; at least one.
+/// One choice for each requested instance; at least one.
 Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
     if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
@@ -232,7 +232,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
   }
   std::set<int> instances;
   for (const auto& [source, messages] : contents.sources) instances.insert(source.instance);
-  // What is numbered beyond ArduPilot's IMUs comes of damage.
+  // Larger numbers than ArduPilot's count of IMUs are damage.
   instances.erase(instances.lower_bound(kMostImus), instances.end());
   if (arguments.instance) instances = {*arguments.instance};
   std::vector<Choice> choices;
@@ -244,7 +244,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
           topics.empty() || std::find(topics.begin(), topics.end(), kind) != topics.end();
       if (is_asked_for && contents.sources.contains({kind, instance})) choice.kinds.insert(kind);
     }
-    // Further gyroscopes by themselves are filtered readings of the others (INS_RAW_LOG_OPT).
+    // Further messages of only GYR are filtered copies of the others (INS_RAW_LOG_OPT).
     const bool is_further = choice.kinds == std::set<std::string_view>{"GYR"} && !choices.empty();
     if (choice.kinds.empty() || is_further) continue;
     if (!choices.empty()) choice.suffix = "-" + std::to_string(instance);
@@ -262,7 +262,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
                    (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
 }
 
-/// By what a sensor's readings are corrected, and how it is turned.
+/// The correction of a sensor's readings and its rotation.
 std::pair<std::string, std::optional<Eigen::Vector3d>> CorrectionIn(const Parameters& parameters,
                                                                     Triad triad,
                                                                     int instance) {
@@ -273,7 +273,7 @@ std::pair<std::string, std::optional<Eigen::Vector3d>> CorrectionIn(const Parame
           is_compass ? DeviceOf(parameters, instance).magnetometer_mount_deg : std::nullopt};
 }
 
-/// The parameter that changed in the log and with it a sensor's correction; empty: none.
+/// A parameter that changed within the log and altered a sensor's correction; empty: none.
 std::string ChangedCorrection(const Contents& contents, Triad triad, int instance) {
   const auto correction = CorrectionIn(contents.parameters, triad, instance);
   Parameters parameters = contents.parameters;
@@ -289,7 +289,7 @@ std::string ChangedCorrection(const Contents& contents, Triad triad, int instanc
   return "";
 }
 
-/// What stands behind `applied.<triad>:`; ` unknown`, and a note, where the log does not say.
+/// The text after `applied.<triad>:`; ` unknown` with a note if the log does not determine it.
 std::string Applied(const Contents& contents, Triad triad, int instance) {
   constexpr std::string_view kWhatToDo =
       "; the recording states `applied: unknown` and is refused until you complete it by hand "
@@ -303,7 +303,7 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   if (applied && triad == Triad::kMagnetometer) {
     const Result<Eigen::Vector3d> offsets = CompassOffsets(contents.parameters, instance);
     const auto logged = contents.compass_offsets.find(instance);
-    // Rows state whole numbers, cut off.
+    // Rows have the offsets truncated to integers.
     if (offsets && logged != contents.compass_offsets.end() &&
         ((*offsets - logged->second).array().abs() >= 1.0 + 1e-3).any()) {
       applied = Error(ErrorCode::kDoesNotMatch,
@@ -325,15 +325,15 @@ const Part kGyroscope = {Triad::kGyroscope, "Gyr", "rad/s"};
 const Part kAccelerometer = {Triad::kAccelerometer, "Acc", "m/s^2"};
 const Part kMagnetometer = {Triad::kMagnetometer, "Mag", "mG"};
 
-/// Moves rows of one message into one table.
+/// Converts rows of one message to one table.
 struct Route {
   Table* table = nullptr;
   std::string time_field;
   std::vector<Part> parts;
 };
 
-/// Restates what the log's rows hold for the offsets that the manifest names, and takes the motors'
-/// part away: m = D·s·(y + Ofs) + MO.
+/// Replaces the offsets logged in a row by those of the manifest, and removes the motors'
+/// contribution: m = D·s·(y + Ofs) + MO.
 class CompassRows {
  public:
   CompassRows(const Contents& contents, int instance)
@@ -364,7 +364,7 @@ class CompassRows {
   std::uint64_t restated_ = 0;
 };
 
-/// The second reading: rows into tables.
+/// The second pass: converts rows to tables.
 class Conversion {
  public:
   Conversion(const Contents& contents, const Choice& choice, RecordingFolder* folder)
@@ -397,7 +397,7 @@ class Conversion {
   void Take(const Source& source, const MessageFormat& format, std::string_view record) {
     if (source.instance != choice_.instance) return;
     if (source.kind == "IMU") SetTemperature(format, record);
-    // What was corrected by the temperature cannot be undone without one.
+    // A temperature correction cannot be undone without the temperature.
     if (is_thermal_ && !has_temperature_ && source.kind != "MAG") {
       ++without_temperature_;
       return;
@@ -471,7 +471,7 @@ void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
        Counted(contents.records, "message") + " complete");
 }
 
-/// What the manifest says of the recording that begins.
+/// Fills in the manifest of the recording that begins.
 void Describe(const Contents& contents,
               const std::string& input,
               int instance,

@@ -18,12 +18,12 @@
 namespace truetriad::convert {
 namespace {
 
-/// What a topic of sensor_msgs is to a recording.
+/// The use of a sensor_msgs topic in a recording.
 enum class Role { kNone, kImu, kMagneticField, kTemperature };
 
 constexpr struct {
   Role role;
-  std::string_view type, key;  ///< `key`: of the topic's name under `source:`.
+  std::string_view type, key;  ///< `key`: for the topic's name, under `source:`.
 } kStandard[] = {{Role::kImu, "sensor_msgs/Imu", "imu topic"},
                  {Role::kMagneticField, "sensor_msgs/MagneticField", "magnetic field topic"},
                  {Role::kTemperature, "sensor_msgs/Temperature", "temperature topic"}};
@@ -46,10 +46,10 @@ Error NothingReadable() {
   return Error(ErrorCode::kNoReadings, "the bag contains no topic that can be read");
 }
 
-/// The topics of a recording: one Imu, one MagneticField, or both; and a Temperature.
+/// The topics of a recording: one Imu, one MagneticField or both, and optionally a Temperature.
 using TopicChoice = std::map<Role, std::size_t>;
 
-/// Takes of `candidates` that one of `role`, or the `instance`-th, if there is one.
+/// Selects the only candidate of `role`, or the `instance`-th, if there is one.
 Status TakeTheOnly(Role role,
                    const std::vector<Topic>& topics,
                    const std::vector<std::size_t>& candidates,
@@ -72,8 +72,8 @@ Status TakeTheOnly(Role role,
   return {};
 }
 
-/// The topics that the user named, or the only ones there are. Error: usage where there are several
-/// and none was named; bad input where there is none.
+/// The topics that the user named, or the only ones. Error: usage if there are several and none was
+/// named; bad input if there is none.
 Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Arguments& arguments) {
   std::vector<std::size_t> candidates;
   for (std::size_t i = 0; arguments.topics.empty() && i < topics.size(); ++i) {
@@ -97,7 +97,7 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
   }
   TopicChoice choice;
   for (const auto& [role, type, key] : kStandard) {
-    // A temperature could be that of anything: only one that was named is the sensor's.
+    // A temperature can belong to anything, so it is used only if named.
     if (role == Role::kTemperature && arguments.topics.empty()) continue;
     TRUETRIAD_RETURN_IF_ERROR(TakeTheOnly(role, topics, candidates, arguments.instance, &choice));
   }
@@ -131,7 +131,7 @@ void ListTopics(const std::vector<Topic>& topics) {
   }
 }
 
-/// "/imu:gx+gy+gz@t": a topic, fields of its messages, and the field with their time.
+/// "/imu:gx+gy+gz@t": a topic, fields of its messages, and the field of their time.
 struct Reference {
   std::string topic, fields, time;
 
@@ -150,11 +150,11 @@ struct Reference {
 constexpr std::array<std::string_view, 4> kRoles = {
     "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
-/// Nanoseconds; unset where they are beyond what a time can be.
+/// The time in nanoseconds; unset if it is out of range.
 std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double ns_per_unit) {
   if (ns_per_unit == 0.0) return number.integer;
   constexpr long double kLargest = 9.2e18L;
-  // Of 64 bits, a double would lose some.
+  // A double would lose digits of 64 bits.
   const long double value = number.integer != 0 ? static_cast<long double>(number.integer)
                                                 : static_cast<long double>(number.value);
   const long double time_ns = value * static_cast<long double>(ns_per_unit);
@@ -162,7 +162,7 @@ std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double 
   return std::llround(time_ns);
 }
 
-/// A recording of the messages of a bag: those of sensor_msgs, or what --columns names.
+/// Builds a recording from messages of sensor_msgs, or from those of --columns.
 class BagRecording {
  public:
   BagRecording(const BagFormat& format, const std::vector<Topic>& topics)
@@ -177,18 +177,18 @@ class BagRecording {
   Status Commit();
 
  private:
-  /// Three numbers of a message: readings times `factor`, none where a covariance begins with -1.
+  /// Three numbers of a message times `factor`; no reading if the covariance begins with -1.
   struct Readings {
     std::array<std::size_t, 3> places{};
     std::optional<std::size_t> covariance{};
     double factor = 1.0;
   };
-  /// What a message gives to a table.
+  /// The row of a table from a message.
   struct Row {
     Table* table = nullptr;
     std::vector<Readings> readings;
     std::optional<std::size_t> time{};
-    double ns_per_unit = 0.0;  ///< 0: nanoseconds already.
+    double ns_per_unit = 0.0;  ///< 0: already in nanoseconds.
   };
   struct TakenTopic {
     std::optional<MessageNumbers> numbers{};
@@ -261,7 +261,7 @@ Status BagRecording::OpenStandard(const Arguments& arguments) {
 
 /// sensor_msgs: Imu.msg, MagneticField.msg, Temperature.msg.
 Status BagRecording::AddStandard(std::size_t index, Role role, bool has_temperature) {
-  constexpr double kMicroteslaPerTesla = 1e6;  // The message states tesla.
+  constexpr double kMicroteslaPerTesla = 1e6;  // sensor_msgs/MagneticField is in tesla.
   TakenTopic& topic = Taken(index);
   MessageNumbers& numbers = *topic.numbers;
   if (role == Role::kTemperature) {
@@ -313,7 +313,7 @@ Result<std::size_t> BagRecording::FindTopic(const std::string& name) const {
                    ListOf(NamesAndTypes(topics_)));
 }
 
-/// Which fields the messages of `topics` have: as the bag says, or --layout.
+/// Reads the layouts of the messages of `topics` from the bag or from --layout.
 Status BagRecording::ReadLayouts(const Arguments& arguments,
                                  const std::vector<std::size_t>& topics) {
   Status of_bag;
@@ -325,7 +325,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
   const auto file = arguments.others.find("layout");
   if (file != arguments.others.end()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(file->second));
-    // What begins without a name is that of the only type there is.
+    // A definition without a name is that of the only type.
     std::set<std::string> types;
     for (const std::size_t topic : topics) types.insert(topics_[topic].type);
     const Status status = layouts_.Define(types.size() == 1 ? *types.begin() : "", text);
@@ -358,7 +358,7 @@ Status BagRecording::OpenLaidOut(const Arguments& arguments, const std::string& 
   for (const auto& [role, text] : roles) {
     const Reference reference = Reference::Of(text);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(reference.topic));
-    // A time of ROS has a unit already.
+    // A time of type ROS time has its unit already.
     const bool has_unit = reference.time.empty() || Taken(topic).numbers->IsTime(reference.time);
     with_units[role] = has_unit ? reference.topic : reference.topic + '@' + reference.time;
   }
@@ -474,14 +474,14 @@ Status BagRecording::Commit() {
   return folder_->Commit();
 }
 
-/// One bag of the recording.
+/// One file of the recording's bags.
 struct Part {
   std::unique_ptr<Bag> bag;
-  std::vector<std::size_t> topics;  ///< Where its topics are in those of all.
-  std::int64_t begin_ns = 0;        ///< When its first message came.
+  std::vector<std::size_t> topics;  ///< Indices of its topics in the common list.
+  std::int64_t begin_ns = 0;        ///< Time of its first message.
 };
 
-/// Takes the topics of one more bag among `all`, where each is once.
+/// Adds the topics of another file to `all`, in which each is once.
 Part PartOf(std::unique_ptr<Bag> bag, std::vector<Topic>* all) {
   Part part{std::move(bag), {}, std::numeric_limits<std::int64_t>::max()};
   for (const Topic& topic : part.bag->topics()) {

@@ -20,12 +20,12 @@ struct Topic {
   std::string name;
   std::string type;  ///< "sensor_msgs/Imu" (ROS 1) or "sensor_msgs/msg/Imu" (ROS 2).
   std::uint64_t messages = 0;
-  bool is_counted = true;                  ///< False: nobody knows how many messages.
-  std::int64_t first_ns = 0, last_ns = 0;  ///< When the bag received them.
-  std::string definition{};                ///< Of the type, where the bag holds it.
+  bool is_counted = true;                  ///< False: the number is unknown.
+  std::int64_t first_ns = 0, last_ns = 0;  ///< Times of reception.
+  std::string definition{};                ///< The type's, if in the bag.
 };
 
-/// One file of a bag, whose topics are known once it is open.
+/// One file of a bag; its topics are known after opening.
 class Bag {
  public:
   virtual ~Bag() = default;
@@ -35,10 +35,10 @@ class Bag {
   using Wants = std::function<bool(std::size_t topic)>;
   using Take =
       std::function<void(std::size_t topic, std::int64_t received_ns, std::string_view message)>;
-  /// Hands over the messages of the topics that are wanted, by their places in topics().
+  /// Passes on the messages of the wanted topics, by index in topics().
   virtual Status Read(const Wants& wants, const Take& take) = 0;
 
-  /// What could not be read, and how often: {{"incomplete chunks", 2}}.
+  /// Counts of what could not be read: {{"incomplete chunks", 2}}.
   virtual std::map<std::string, std::uint64_t> Damage() const = 0;
 
  protected:
@@ -48,14 +48,14 @@ class Bag {
 /// A container of ROS messages.
 struct BagFormat {
   std::string_view converter;  ///< "ros1": the program is truetriad-convert-ros1.
-  std::string_view source;     ///< What the manifest calls it: "ros1-bag".
+  std::string_view source;     ///< Name in the manifest: "ros1-bag".
   std::string_view ending;     ///< Of its files' names: ".bag".
   Encoding encoding = Encoding::kRos1;
   Result<std::unique_ptr<Bag>> (*open)(const std::string& path) = nullptr;
 };
 
-/// Converts the bags that `arguments` name, or lists their topics: messages of sensor_msgs, or what
-/// --columns says of others. Error: usage, and bad input where there is nothing.
+/// Converts the bags in `arguments`, or lists their topics: messages of sensor_msgs, or those of
+/// --columns. Error: usage, or bad input if there is no message.
 Status ConvertBags(const BagFormat& format, const Arguments& arguments);
 
 /// The `main` of the converter of a container.

@@ -21,7 +21,7 @@ bool UnpackBzip2(std::string_view packed, std::size_t size, std::string* unpacke
   bz_stream stream{};
   if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return false;
   const auto step = [&](std::string_view* rest, char* room, std::size_t* produced) {
-    stream.next_in = const_cast<char*>(rest->data());  // Only read from.
+    stream.next_in = const_cast<char*>(rest->data());  // Not written to.
     stream.avail_in = static_cast<unsigned>(rest->size());
     stream.next_out = room;
     stream.avail_out = static_cast<unsigned>(*produced);
@@ -66,8 +66,8 @@ bool UnpackZstd(std::string_view packed, std::size_t size, std::string* unpacked
   return is_whole;
 }
 
-/// Unpacks the data of a chunk; false when it is damaged, then `unpacked` holds what came out
-/// before. Never unpacks more than `size` bytes, the chunk's stated size.
+/// Unpacks the data of a chunk, at most `size` bytes, its stated size. False: it is damaged;
+/// `unpacked` holds the bytes before the damage.
 bool Unpack(std::string_view compression,
             std::string_view packed,
             std::size_t size,
@@ -105,14 +105,14 @@ Status ChunkedBag::Survey() {
   return {};
 }
 
-/// Reads the bag to its end; the topics that it has met before stay known.
+/// Reads the bag to its end; known topics are kept.
 Status ChunkedBag::ReadAll(const Take& take, const std::function<void(double)>& progress) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> bytes, ByteStream::Open(path_));
   TRUETRIAD_RETURN_IF_ERROR(TakeMagic(bytes.get()));
   take_ = &take;
   damaged_chunks_ = damaged_records_ = skipped_bytes_ = 0;
   ReadRecords(bytes.get(), /*in_chunk=*/false, progress);
-  // The index at the end may name what the beginning had lost.
+  // The index at the end may name topics whose definition was lost.
   for (Topic& topic : topics_) topic.is_counted = !has_unknown_connection_;
   return {};
 }
@@ -120,7 +120,7 @@ Status ChunkedBag::ReadAll(const Take& take, const std::function<void(double)>& 
 void ChunkedBag::ReadRecords(ByteStream* bytes,
                              bool in_chunk,
                              const std::function<void(double)>& progress) {
-  constexpr std::size_t kLongestHead = std::size_t{1} << 20U;  // Others lie.
+  constexpr std::size_t kLongestHead = std::size_t{1} << 20U;  // Longer ones are damaged.
   while (!bytes->at_end()) {
     if (progress) progress(bytes->progress());
     const std::optional<Head> head = HeadIn(bytes->Peek(kLongestHead));
@@ -156,9 +156,9 @@ void ChunkedBag::ReadChunk(const Chunk& chunk, bool is_whole) {
   if (!is_other) ReadRecords(ByteStream::Of(std::move(unpacked)).get(), /*in_chunk=*/true, {});
 }
 
-/// Goes on to the next record that is told from chance, after damage.
+/// Skips damage up to the next unambiguous record.
 bool ChunkedBag::GoOn(ByteStream* bytes) {
-  // A head that the window cuts in two is found in the next.
+  // Windows overlap, so that a head cut by the end of one is found in the next.
   constexpr std::size_t kWindow = std::size_t{1} << 16U, kOverlap = 256;
   ++damaged_records_;
   bytes->Skip(1);
@@ -178,7 +178,7 @@ bool ChunkedBag::GoOn(ByteStream* bytes) {
 }
 
 void ChunkedBag::AddTopic(std::uint32_t connection, const Topic& topic) {
-  // Several publishers of a topic are connections of their own; the index repeats them.
+  // Each publisher of a topic has its own connection, and the index repeats them.
   const auto found = std::find_if(topics_.begin(), topics_.end(), [&](const Topic& known) {
     return known.name == topic.name && known.type == topic.type;
   });

@@ -14,11 +14,10 @@
 
 namespace truetriad::convert {
 
-/// A bag of records, each a head and a body, of which chunks hold others, plain or packed.
+/// A bag of records, each with a head and a body; chunks hold further records, often compressed.
 ///
-/// It is read from front to back without its index, so that a bag that was never closed, or was
-/// cut, gives what it holds. A bag lists its topics as it goes, so it is read twice: once for what
-/// it holds.
+/// It is read sequentially without its index, so that unclosed and truncated bags can be used. A
+/// bag lists its topics between messages, so it is read twice, first for the topics.
 class ChunkedBag : public Bag {
  public:
   Status Read(const Wants& wants, const Take& take) final;
@@ -27,40 +26,40 @@ class ChunkedBag : public Bag {
  protected:
   explicit ChunkedBag(std::string path) : path_(std::move(path)) {}
 
-  /// Reads the bag for its topics. Error: unreadable, or of another format.
+  /// Reads the topics of the bag. Error: unreadable, or another format.
   Status Survey();
 
   enum class Kind { kOther, kChunk, kTaken, kEnd };
   struct Head {
     Kind kind = Kind::kOther;
-    std::uint8_t op = 0;     ///< As the format counts its records.
+    std::uint8_t op = 0;     ///< The record type of the format.
     std::size_t size = 0;    ///< Of the head.
-    std::uint64_t body = 0;  ///< Bytes behind the head.
+    std::uint64_t body = 0;  ///< Bytes after the head.
   };
   struct Chunk {
     std::string_view compression;  ///< "" and "none", bz2, lz4 or zstd.
     std::string_view data;
-    std::uint64_t size = 0;  ///< Unpacked.
-    std::uint32_t crc = 0;   ///< CRC-32 of what is unpacked; 0: not stated.
+    std::uint64_t size = 0;  ///< After unpacking.
+    std::uint32_t crc = 0;   ///< CRC-32 after unpacking; 0: none.
   };
 
-  /// Of a topic that messages call `connection`; one that is known stays.
+  /// Adds a topic with the id `connection`; a known id keeps its topic.
   void AddTopic(std::uint32_t connection, const Topic& topic);
-  /// False where no topic has that number.
+  /// False: no topic has that id.
   bool AddMessage(std::uint32_t connection, std::int64_t received_ns, std::string_view message);
 
   std::string path_;
-  std::map<std::uint32_t, std::size_t> connections_;  ///< To topics_.
+  std::map<std::uint32_t, std::size_t> connections_;  ///< Indices in topics_.
 
  private:
-  /// Passes over what the file begins with. Error: it is another format.
+  /// Skips the beginning of the file. Error: another format.
   virtual Status TakeMagic(ByteStream* bytes) const = 0;
-  /// The head of the record that begins with `bytes`; nullopt: none begins there.
+  /// The head of the record at the beginning of `bytes`; nullopt: no record begins there.
   virtual std::optional<Head> HeadIn(std::string_view bytes) const = 0;
-  /// Where in `bytes` a record begins that is told from chance; npos: nowhere.
+  /// The first position in `bytes` of an unambiguous record; npos: none.
   virtual std::size_t FindRecord(std::string_view bytes) const = 0;
   virtual Chunk ChunkIn(const Head& head, std::string_view record) const = 0;
-  /// Of Kind::kTaken, a whole record with its head. False: it is damaged.
+  /// For Kind::kTaken, a complete record with its head. False: it is damaged.
   virtual bool TakeRecord(const Head& head, std::string_view record) = 0;
 
   Status ReadAll(const Take& take, const std::function<void(double)>& progress);
@@ -72,7 +71,7 @@ class ChunkedBag : public Bag {
   bool has_unknown_connection_ = false;
   std::uint64_t damaged_chunks_ = 0;
   std::uint64_t damaged_records_ = 0;
-  std::uint64_t skipped_bytes_ = 0;  ///< Of no whole record.
+  std::uint64_t skipped_bytes_ = 0;  ///< Outside complete records.
 };
 
 }  // namespace truetriad::convert

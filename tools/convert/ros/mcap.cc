@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 2 bags in MCAP to a recording. docs/converting.md.
+// Converts ROS 2 bags in MCAP to a recording. docs/converting.md.
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -28,7 +28,7 @@ enum Op : std::uint8_t {
   kChannel = 0x04,
   kMessage = 0x05,
   kChunkRecord = 0x06,
-  kDataEnd = 0x0f,  // The last of the format's own.
+  kDataEnd = 0x0f,  // The last one of the format itself.
   kFirstOfOthers = 0x80,
 };
 
@@ -38,14 +38,14 @@ std::string_view TakeText(ByteCursor* cursor) {
 
 class Mcap : public ChunkedBag {
  public:
-  /// Error: unreadable, or no MCAP file.
+  /// Error: unreadable, or not an MCAP file.
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::unique_ptr<Mcap> bag(new Mcap(path));
     TRUETRIAD_RETURN_IF_ERROR(bag->Survey());
     std::sort(bag->topics_.begin(), bag->topics_.end(), [](const Topic& a, const Topic& b) {
       return a.name < b.name;
     });
-    bag->connections_.clear();  // Channels come before their messages, and are met again.
+    bag->connections_.clear();  // Channels precede their messages and are read again.
     return std::unique_ptr<Bag>(std::move(bag));
   }
 
@@ -75,7 +75,7 @@ class Mcap : public ChunkedBag {
     if (op == kSchema || op == kChannel || op == kMessage) head.kind = Kind::kTaken;
     if (op != kChunkRecord) return head;
     head.kind = Kind::kChunk;
-    // A chunk says twice how long it is.
+    // A chunk states its length twice.
     constexpr std::size_t kFixed = 40;  // Times, size, CRC-32, and two lengths.
     ByteCursor cursor(bytes.substr(kHeadSize));
     cursor.TakeBytes(kFixed - 12);
@@ -95,7 +95,7 @@ class Mcap : public ChunkedBag {
 
   Chunk ChunkIn(const Head& head, std::string_view record) const override {
     ByteCursor cursor(record.substr(head.size));
-    cursor.TakeBytes(16);  // Times of its messages.
+    cursor.TakeBytes(16);  // Times of its first and last message.
     Chunk chunk;
     chunk.size = cursor.Take<std::uint64_t>();
     chunk.crc = cursor.Take<std::uint32_t>();
@@ -120,18 +120,18 @@ class Mcap : public ChunkedBag {
         AddTopic(id,
                  TopicOf(topic, encoding, schema == schemas_.end() ? Schema() : schema->second));
     } else {
-      cursor.Take<std::uint32_t>();  // Its number.
-      // A time that may be damaged, as 64 bits with a sign hold it.
+      cursor.Take<std::uint32_t>();  // Its sequence number.
+      // A damaged time may exceed a signed 64-bit integer.
       constexpr std::uint64_t kLast = std::numeric_limits<std::int64_t>::max();
       const auto logged_ns = std::min(cursor.Take<std::uint64_t>(), kLast);
-      cursor.Take<std::uint64_t>();  // When it was published.
+      cursor.Take<std::uint64_t>();  // Time of publication.
       return !cursor.failed() &&
              AddMessage(id, static_cast<std::int64_t>(logged_ns), cursor.left());
     }
     return !cursor.failed();
   }
 
-  /// Its type is none where it is none of ROS 2.
+  /// A topic that is not of ROS 2 gets an empty type.
   static Topic TopicOf(const std::string& name, const std::string& encoding, const Schema& schema) {
     const bool is_defined = schema.encoding == "ros2msg";
     const bool is_ros2 = encoding == "cdr" && (is_defined || schema.encoding == "ros2idl");

@@ -16,7 +16,7 @@ namespace {
 using Kind = LaidOutField::Kind;
 using Array = LaidOutField::Array;
 
-/// Types that bags of every age hold without a definition, or that a definition leaves out.
+/// Types that bags of any age use without a definition, or that a definition omits.
 constexpr std::string_view kKnownTypes =
     "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
     "MSG: geometry_msgs/Vector3Stamped\nstd_msgs/Header header\ngeometry_msgs/Vector3 vector\n"
@@ -44,7 +44,7 @@ constexpr std::string_view kRos1Header =
 constexpr std::string_view kRos2Header =
     "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 
-constexpr std::uint32_t kMostElements = 1'000'000;  // Of an array of fixed length.
+constexpr std::uint32_t kMostElements = 1'000'000;  // In a fixed array; more is rejected.
 
 struct Primitive {
   std::string_view name;
@@ -81,8 +81,8 @@ bool IsFieldName(std::string_view name) {
   });
 }
 
-/// A line `float32[3] acc`, `int32 count 0` or `Header header`; `package`: of the type around it.
-/// Unset where it is none.
+/// Parses a line `float32[3] acc`, `int32 count 0` or `Header header`; `package` is that of the
+/// enclosing type. Unset: not a field.
 std::optional<LaidOutField> ParseField(std::string_view line,
                                        const std::string& package,
                                        Encoding encoding) {
@@ -112,7 +112,7 @@ std::optional<LaidOutField> ParseField(std::string_view line,
     if (primitive.name != name) continue;
     field.kind = primitive.kind;
     field.size = primitive.size;
-    // Of ROS 1 it is another word for int8, of ROS 2 for uint8.
+    // In ROS 1 `byte` means int8, in ROS 2 uint8.
     if (name == "byte" && encoding == Encoding::kCdr) field.kind = Kind::kUnsigned;
     return field;
   }
@@ -153,7 +153,7 @@ Status MessageLayouts::Define(const std::string& type, std::string_view text) {
       types_[current].clear();
       continue;
     }
-    // A constant has its value behind `=`.
+    // A constant has its value after `=`.
     if (line.substr(0, line.find_first_of("\"'")).find('=') != std::string_view::npos &&
         line.find("<=") == std::string_view::npos) {
       continue;
@@ -180,7 +180,7 @@ const std::vector<LaidOutField>* MessageLayouts::Find(std::string_view type) con
 }
 
 Status MessageLayouts::Check(const std::string& type) const {
-  constexpr std::size_t kDeepest = 20;  // Messages of use are 5 deep at most.
+  constexpr std::size_t kDeepest = 20;  // Messages in use are at most 5 deep.
   std::set<std::string> around;
   Status status;
   const auto check = [&](const auto& self, const std::string& name) -> void {
@@ -233,7 +233,7 @@ const LaidOutField* MessageNumbers::FieldAt(const std::string& path) const {
 }
 
 std::string MessageNumbers::Fields() const {
-  constexpr std::size_t kMost = 40;  // Names that a message lists.
+  constexpr std::size_t kMost = 40;  // Names listed in a message.
   std::vector<std::string> names;
   const auto list =
       [&](const auto& self, std::string_view type, const std::string& prefix) -> void {
@@ -320,7 +320,7 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
 std::string MessageNumbers::InHeader(std::string_view part, Kind kind) const {
   for (const LaidOutField& field : *layouts_->Find(type_)) {
     if (field.array != Array::kNone || TypeName(field.type) != "std_msgs/Header") continue;
-    // A layout may have a header of its own.
+    // A layout may have its own header.
     const std::string path = field.name + "." + std::string(part);
     const LaidOutField* const found = FieldAt(path);
     if (found != nullptr && found->kind == kind && found->array == Array::kNone) return path;
@@ -372,23 +372,23 @@ std::array<std::size_t, 3> MessageNumbers::Ask(const Three& three) {
   return places;
 }
 
-/// Goes through one message.
+/// Decodes one message.
 class MessageNumbers::Walk {
  public:
   Walk(MessageNumbers* numbers, std::string_view bytes) : numbers_(numbers), left_(bytes) {}
 
-  /// False: no message of its type.
+  /// False: the bytes are not a message of its type.
   bool Run() {
     if (numbers_->encoding_ == Encoding::kCdr) {
       constexpr std::size_t kHead = 4;  // Representation and options of CDR.
-      // 0: big-endian, 1: little-endian; others order or align fields in other ways.
+      // 0: big-endian, 1: little-endian; other values mean another byte order or alignment.
       if (left_.size() < kHead || left_[0] != 0 || (left_[1] != 0 && left_[1] != 1)) return false;
       is_swapped_ = left_[1] == 0;
       left_.remove_prefix(kHead);
       is_aligned_ = true;
     }
     Message(numbers_->type_, &numbers_->asked_);
-    // What is left over says that the fields are others; writers of CDR may fill up the last word.
+    // Bytes left over mean other fields, except that CDR writers may pad to a full word.
     constexpr std::size_t kMostFill = 7;
     return !failed_ && left_.size() <= (is_aligned_ ? kMostFill : 0);
   }
@@ -396,7 +396,7 @@ class MessageNumbers::Walk {
  private:
   void Message(std::string_view type, const Asked* asked) {
     const std::vector<LaidOutField>& fields = *numbers_->layouts_->Find(type);
-    if (fields.empty() && is_aligned_) Skip(1, 1);  // ROS 2 has no message without a byte.
+    if (fields.empty() && is_aligned_) Skip(1, 1);  // In ROS 2 an empty message has one byte.
     for (const LaidOutField& field : fields) {
       if (failed_) return;
       Field(field, Part(asked, field.name));
@@ -417,7 +417,7 @@ class MessageNumbers::Walk {
     std::uint64_t count = field.count;
     if (field.array == Array::kSequence) {
       count = Load(4);
-      // Every element has a byte at least.
+      // Every element has at least one byte.
       if (count > left_.size()) failed_ = true;
       if (!failed_ && asked != nullptr && asked->has_three && count != 3)
         numbers_->was_not_three_ = failed_ = true;
@@ -431,7 +431,7 @@ class MessageNumbers::Walk {
     }
   }
 
-  /// Elements of one size: goes to those that are asked for, then behind them all.
+  /// Elements of equal size: reads the requested ones and skips the rest.
   void Numbers(const LaidOutField& field, std::uint64_t count, const Asked* asked) {
     if (count == 0 || failed_) return;
     Skip(field.size, 0);
@@ -450,7 +450,7 @@ class MessageNumbers::Walk {
   }
 
   void Element(const LaidOutField& field, const Asked* asked) {
-    // A definition can make few bytes many fields of none.
+    // A definition can turn few bytes into many empty fields.
     constexpr std::size_t kMostFields = 4'000'000;
     if (++fields_ > kMostFields) failed_ = true;
     if (failed_) return;
@@ -469,7 +469,7 @@ class MessageNumbers::Walk {
       case Kind::kTime: {
         const std::uint64_t seconds = Load(4);
         const std::uint64_t nanoseconds = Load(4);
-        // Of ROS 2 they have a sign.
+        // They are signed in ROS 2.
         const std::int64_t signed_seconds =
             is_aligned_ ? static_cast<std::int32_t>(seconds) : static_cast<std::int64_t>(seconds);
         number.integer = signed_seconds * 1'000'000'000 + static_cast<std::int64_t>(nanoseconds);
@@ -518,7 +518,7 @@ class MessageNumbers::Walk {
     offset_ += size;
   }
 
-  /// An integer of `size` bytes, as its bits; 0 where there are fewer.
+  /// The bits of an integer of `size` bytes; 0 if fewer are left.
   std::uint64_t Load(std::size_t size) {
     const std::string_view before = left_;
     Skip(size, size);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 1 bags (.bag) to a recording. docs/converting.md.
+// Converts ROS 1 bags (.bag) to a recording. docs/converting.md.
 #include <algorithm>
 #include <cstdint>
 #include <memory>
@@ -17,7 +17,7 @@ namespace truetriad::convert {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of a record's header, and of its data.
+constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of a record's header and data.
 
 // Op codes of records.
 enum Op : std::uint8_t {
@@ -29,11 +29,11 @@ enum Op : std::uint8_t {
   kConnection = 7,
 };
 
-// What stands in the header of a chunk, and in that of a message, only.
+// Texts that occur only in the header of a chunk, or only in that of a message.
 constexpr std::string_view kChunkMark = "compression=";
 constexpr std::string_view kMessageMark("\4\0\0\0op=\2", 8);
 
-/// A field of a record's header; empty where there is none.
+/// A field of a record's header; empty if missing.
 std::string_view FieldOf(std::string_view header, std::string_view name) {
   ByteCursor cursor(header);
   while (!cursor.at_end() && !cursor.failed()) {
@@ -53,7 +53,7 @@ std::optional<T> NumberOf(std::string_view header, std::string_view name) {
   return LoadNumber<T>(field, 0);
 }
 
-/// Whether a header is one: fields that fill it exactly, with an op among them.
+/// Whether fields, one of them an op, fill the header exactly.
 bool IsHeader(std::string_view header) {
   ByteCursor cursor(header);
   while (!cursor.at_end() && !cursor.failed()) {
@@ -63,10 +63,9 @@ bool IsHeader(std::string_view header) {
   return !cursor.failed() && NumberOf<std::uint8_t>(header, "op").has_value();
 }
 
-/// Where a record begins in whose header `mark` stands; npos when none does. Headers with a mark
-/// are short.
+/// The position of a record whose short header contains `mark`; npos: none.
 std::size_t FindMark(std::string_view data, std::string_view mark) {
-  constexpr std::size_t kBefore = 64;  // Of a header, at most, before the mark.
+  constexpr std::size_t kBefore = 64;  // Bytes of such a header before the mark.
   for (std::size_t at = data.find(mark); at != std::string_view::npos;
        at = data.find(mark, at + 1)) {
     for (std::size_t begin = at > kBefore ? at - kBefore : 0; begin + kLength <= at; ++begin) {
@@ -78,11 +77,11 @@ std::size_t FindMark(std::string_view data, std::string_view mark) {
   return std::string_view::npos;
 }
 
-/// A ROS 1 bag, version 2.0: a line `#ROSBAG V2.0`, then records: header length, header (fields of
-/// name=value), data length, data.
+/// A ROS 1 bag, version 2.0: a line `#ROSBAG V2.0`, then records of header length, header (fields
+/// name=value), data length and data.
 class Rosbag : public ChunkedBag {
  public:
-  /// Error: unreadable, or no bag of version 2.0.
+  /// Error: unreadable, or not a bag of version 2.0.
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::unique_ptr<Rosbag> bag(new Rosbag(path));
     TRUETRIAD_RETURN_IF_ERROR(bag->Survey());
@@ -147,7 +146,7 @@ class Rosbag : public ChunkedBag {
     }
     const std::string_view time = FieldOf(header, "time");
     if (!connection || time.size() != 2 * sizeof(std::uint32_t)) return false;
-    constexpr std::int64_t kNsPerSecond = 1'000'000'000;  // The time is in seconds, and the rest.
+    constexpr std::int64_t kNsPerSecond = 1'000'000'000;  // The time is in seconds and nanoseconds.
     return AddMessage(*connection,
                       LoadNumber<std::uint32_t>(time, 0) * kNsPerSecond +
                           LoadNumber<std::uint32_t>(time, sizeof(std::uint32_t)),

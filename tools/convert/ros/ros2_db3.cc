@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ROS 2 bags in SQLite (.db3) to a recording. docs/converting.md.
+// Converts ROS 2 bags in SQLite (.db3) to a recording. docs/converting.md.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -42,7 +42,7 @@ std::string Text(sqlite3_stmt* statement, int column) {
              : std::string(reinterpret_cast<const char*>(text), static_cast<std::size_t>(size));
 }
 
-/// `path` inside a file: URI.
+/// `path` escaped for a file: URI.
 std::string Escaped(const std::string& path) {
   constexpr std::string_view kHex = "0123456789ABCDEF";
   std::string uri;
@@ -59,7 +59,7 @@ std::string Escaped(const std::string& path) {
 
 class Db3 : public Bag {
  public:
-  /// Error: no SQLite database, or not one of a bag.
+  /// Error: not an SQLite database, or not that of a bag.
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::error_code missing;
     if (!fs::is_regular_file(path, missing)) {
@@ -69,8 +69,8 @@ class Db3 : public Bag {
       return Error(
           ErrorCode::kWrongFormat, {path}, "is compressed; unpack it first: zstd -d " + path);
     }
-    // What a crashed recorder left in the -wal file belongs to the bag. Without one, `immutable`
-    // lets a bag on a read-only disk be read, and promises not to touch it.
+    // The -wal file of a crashed recorder belongs to the bag. Without one, `immutable` allows
+    // reading from a read-only disk, and never writes.
     const bool has_log =
         fs::exists(path + "-wal", missing) && fs::file_size(path + "-wal", missing) > 0;
     const std::string uri =
@@ -81,13 +81,13 @@ class Db3 : public Bag {
         sqlite3_open_v2(uri.c_str(), &handle, SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     std::unique_ptr<Db3> bag(new Db3(path, Database(handle)));
     if (failure != SQLITE_OK) return bag->Fail("cannot be opened");
-    constexpr int kLongestBlob = 64 << 20;  // As of a record of ROS 1.
+    constexpr int kLongestBlob = 64 << 20;  // 64 MiB; a longer message is damage.
     sqlite3_limit(handle, SQLITE_LIMIT_LENGTH, kLongestBlob);
     sqlite3_exec(
         handle, "PRAGMA cell_size_check=ON; PRAGMA trusted_schema=OFF", nullptr, nullptr, nullptr);
     Status topics = bag->ReadTopics();
     if (!topics) {
-      // A file that is shorter than it says is refused, unless one insists.
+      // SQLite refuses a truncated file unless writable_schema is on.
       sqlite3_exec(handle, "PRAGMA writable_schema=ON", nullptr, nullptr, nullptr);
       topics = bag->ReadTopics();
     }
@@ -96,14 +96,14 @@ class Db3 : public Bag {
     return std::unique_ptr<Bag>(std::move(bag));
   }
 
-  /// In the order in which the messages were written.
+  /// In the order of writing.
   Status Read(const Wants& wanted, const Take& take) override {
     std::string ids;
     for (std::size_t i = 0; i < ids_.size(); ++i) {
       if (wanted(i)) ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
     }
     if (ids.empty()) return {};
-    // Row by row along the table, not along an index: fast, and it survives a damaged index.
+    // Reads along the table instead of an index, which is fast and works with a damaged index.
     const std::string query =
         "SELECT id, topic_id, timestamp, data FROM messages NOT INDEXED WHERE id >= ?1 AND "
         "topic_id IN (" +
@@ -120,9 +120,9 @@ class Db3 : public Bag {
       int step = SQLITE_ROW;
       while ((step = sqlite3_step(statement.get())) == SQLITE_ROW) {
         id = sqlite3_column_int64(statement.get(), 0);
-        if (id < from) break;  // Rows of a damaged table that go round in a circle.
+        if (id < from) break;  // Rows of a damaged table can form a cycle.
         TakeRow(statement.get(), take);
-        if (id == std::numeric_limits<std::int64_t>::max()) return {};  // none is behind it
+        if (id == std::numeric_limits<std::int64_t>::max()) return {};  // No row follows it.
         from = id + 1;
         if (progress && last > 0) progress(static_cast<double>(id) / static_cast<double>(last));
       }
@@ -147,7 +147,7 @@ class Db3 : public Bag {
   Db3(std::string path, Database database)
       : path_(std::move(path)), database_(std::move(database)) {}
 
-  /// How many messages each topic has, and when; as far as a damaged bag can be read.
+  /// Counts the messages of each topic and their times, as far as a damaged bag can be read.
   void CountMessages() {
     Statement all = Prepare(
         "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
@@ -201,12 +201,12 @@ class Db3 : public Bag {
   std::int64_t LastId() const {
     Statement last = Prepare("SELECT max(id) FROM messages");
     const bool is_known = last && sqlite3_step(last.get()) == SQLITE_ROW;
-    // Far, where it is not known: NextReadable gets there in sixty steps.
+    // If unknown, a large number, which NextReadable reaches in sixty doublings.
     return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
   }
 
-  /// The first message after a damage at `from`, not negative: further and further on until there
-  /// is one, then back.
+  /// The first readable message after damage at `from` (not negative): steps double until there is
+  /// one, then a search goes back.
   static std::optional<std::int64_t> NextReadable(Statement* statement,
                                                   std::int64_t from,
                                                   std::int64_t last) {
@@ -244,7 +244,7 @@ class Db3 : public Bag {
                           : std::string_view(static_cast<const char*>(bytes), size));
   }
 
-  /// The definition of a type, which bags since 2023 hold.
+  /// The definition of a type, which bags have since 2023.
   std::string DefinitionOf(const std::string& type) const {
     Statement found = Prepare(
         "SELECT encoded_message_definition FROM message_definitions WHERE topic_type = ?1 AND "
@@ -256,7 +256,7 @@ class Db3 : public Bag {
 
   std::string path_;
   Database database_;
-  std::vector<std::int64_t> ids_;  ///< Of topics_.
+  std::vector<std::int64_t> ids_;  ///< Ids of topics_.
   std::uint64_t damages_ = 0;
 };
 
