@@ -1,5 +1,5 @@
-# Installs the packages of the lock file in FOLDER with NPM, and makes the programs NAMES
-# appear in the folder PROGRAMS. Where that fails, they are not there, and nothing else is missing.
+# Installs the packages of the lock file in FOLDER with NPM, and links the programs NAMES into the
+# folder PROGRAMS. If that fails, only these programs are missing.
 execute_process(COMMAND ${NPM} ci --omit=dev --loglevel=error --prefer-offline --fetch-retries=0 WORKING_DIRECTORY ${FOLDER}
   RESULT_VARIABLE result OUTPUT_QUIET ERROR_VARIABLE error)
 foreach(name ${NAMES})

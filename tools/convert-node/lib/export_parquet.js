@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// A Parquet file from a typed table in JSON lines, as `truetriad fleet export` writes it: a line with
-// the columns, [{"name": …, "type": "STRING" | "INT64" | "DOUBLE" | "TIMESTAMP"}, …], then a list a
-// row. One row group is in memory at a time.
+// Writes a Parquet file from a typed table in JSON lines of `truetriad fleet export`: a line with
+// the columns, [{"name": …, "type": "STRING" | "INT64" | "DOUBLE" | "TIMESTAMP"}, …], then a list
+// for each row. One row group is in memory at a time.
 
 const fs = require('fs');
 const readline = require('readline');
@@ -11,11 +11,11 @@ const { Refusal, printable } = require('./frames.js');
 
 const kProgram = 'truetriad-export-parquet';
 const kCellsAGroup = 1 << 19;
-const kMostRows = 10_000; // Of a row group.
+const kMostRows = 10_000; // Rows of a row group.
 const kValues = {
   STRING: (value) => value,
   DOUBLE: (value) => value,
-  INT64: (value) => BigInt(value), // As text: JSON's numbers do not hold them.
+  INT64: (value) => BigInt(value), // Text, since JSON's numbers cannot hold all.
   TIMESTAMP: (value) => new Date(value),
 };
 
@@ -35,7 +35,7 @@ function readColumns(line, file) {
   try {
     columns = JSON.parse(line);
   } catch {
-    // As one without columns.
+    // It is rejected below like a line without columns.
   }
   const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
   if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {
@@ -44,7 +44,7 @@ function readColumns(line, file) {
   return columns;
 }
 
-/** The columns of `rows`, as the writer takes them. */
+/** The columns of `rows` in the form that the writer needs. */
 function columnData(columns, rows) {
   return columns.map(({ name, type }, place) => ({
     name,
@@ -85,7 +85,7 @@ async function write(options, temporary) {
   fs.renameSync(temporary, options.output);
 }
 
-/** Exit code: 0 good, 1 usage, 2 bad input. */
+/** Returns the exit code: 0 success, 1 usage, 2 bad input. */
 async function main() {
   let temporary = '';
   try {

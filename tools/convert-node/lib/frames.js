@@ -1,22 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Lines of a pipe: a letter, and behind it JSON, or the numbers of a row. E: an error, N: a note for
-// people, O: a line of --list, T: a table, W: a row, M: a manifest, X: the end.
+// Lines for the pipe: a letter, then JSON, or the numbers of a row. E: an error, N: a note for the
+// user, O: a line of --list, T: a table, W: a row, M: a manifest, X: the end.
 
 const fs = require('fs');
 
 const kPipe = 3;
 const kWrittenAtOnce = 1 << 18;
 const kLastTimeNs = (1n << 63n) - 1n;
-// A step of a clock by more than a day was not read, but damaged.
+// A larger step of a clock (one day) is damage.
 const kLongestJumpNs = 86_400_000_000_000n;
-// 5 readings a second, whose times may be off by a tenth of that.
+// An interval at 5 Hz (0.2 s) with a tenth of it as tolerance.
 const kLongStepNs = 220_000_000n;
 
 let waiting = '';
 
-/** The log is refused. `code`: why, as in docs/reasons.md. */
+/** The error that refuses a log. `code`: as in docs/reasons.md. */
 class Refusal extends Error {
   constructor(message, code) {
     super(message);
@@ -24,7 +24,7 @@ class Refusal extends Error {
   }
 }
 
-/** `text` with every character that could do something to a terminal as `?`. */
+/** `text` with each character that could control a terminal replaced by `?`. */
 function printable(text) {
   return String(text).replace(/[^\x20-\x7e]/g, '?');
 }
@@ -52,7 +52,7 @@ function sendText(kind, text) {
 
 const send = (kind, value) => sendText(kind, JSON.stringify(value));
 
-/** A time that may be damaged, as 64 bits hold it. */
+/** A time limited to 64 bits, which a damaged one may exceed. */
 function clamped(timeNs) {
   return timeNs > kLastTimeNs ? kLastTimeNs : timeNs < -kLastTimeNs ? -kLastTimeNs : timeNs;
 }
@@ -62,18 +62,18 @@ const print = (line) => send('O', line);
 
 let tables = 0;
 
-/** A float32 in the digits that give it back. */
+/** The shortest digits that read back to the same float32. */
 const float32 = (value) => value.toPrecision(9);
 
 /** The CSV of one triad. */
 class Table {
-  /** `about`: { recording, file, triad, unit, applied, temperature }; `isFloat32`: readings are no wider. */
+  /** `about`: { recording, file, triad, unit, applied, temperature }; `isFloat32`: readings are float32. */
   constructor(about, isFloat32) {
     this.number = tables++;
     this.triad = about.triad;
     this.text = isFloat32 ? float32 : String;
     this.rows = 0;
-    this.longSteps = 0; // Between rows that follow each other more slowly than 5 a second.
+    this.longSteps = 0; // Intervals of rows slower than 5 Hz.
     this.lastNs = null;
     send('T', about);
   }

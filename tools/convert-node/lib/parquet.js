@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Parquet tables whose columns are named as those of a self-describing CSV, "accel_x[m/s^2]", or are
-// given such names with --columns. One row group is in memory at a time.
+// Reads Parquet tables with column names of a self-describing CSV, "accel_x[m/s^2]", or with such
+// names given by --columns. One row group is in memory at a time.
 
 const fs = require('fs');
 const path = require('path');
 const { Worker } = require('worker_threads');
 const { Refusal, Table, count, listOf, note, print, printable, send } = require('./frames.js');
 
-const kMemoryMb = 1024; // Of the decoder.
-const kMostRows = 1 << 24; // Of a row group.
-// A damaged page can keep the decoder busy for ever.
+const kMemoryMb = 1024; // Heap limit of the decoder.
+const kMostRows = 1 << 24; // Largest row group that is decoded.
+// A damaged page can make the decoder loop forever, so it is stopped after a time.
 const kLongestMs = 15_000;
 const kLongestMsPerRow = 0.03;
-const kMostEndless = 3; // Row groups; then the rest is not tried.
+const kMostEndless = 3; // Stopped row groups before the rest is skipped.
 const kTooLong = 'takes too long';
 const kPrefixes = { accel: 'accelerometer', gyro: 'gyroscope', mag: 'magnetometer' };
 const kUnits = {
@@ -24,7 +24,7 @@ const kUnits = {
 };
 const kNs = { s: 1e9, ms: 1e6, us: 1e3, ns: 1 };
 
-/** The decoder of a file; `open` again after it ended. */
+/** The decoder of a file; call `open` again after it has ended. */
 class Decoder {
   constructor(file) {
     this.file = file;
@@ -58,7 +58,7 @@ class Decoder {
     });
   }
 
-  /** { columns } or { error } for a row group of so many rows; the decoder lives on. */
+  /** Resolves to { columns } or { error } for a row group of so many rows; the decoder keeps running. */
   async group(group, rows, columns) {
     if (!this.worker) await this.open();
     this.worker.postMessage({ group, columns });
@@ -67,13 +67,13 @@ class Decoder {
   }
 
   close() {
-    this.worker?.on('error', () => {}); // It may still fail while it ends.
+    this.worker?.on('error', () => {}); // It may fail while it is terminated.
     this.worker?.terminate();
     this.worker = null;
   }
 }
 
-/** Leaves of the schema: [{ name: "a.b", isTime }]. */
+/** The leaves of the schema: [{ name: "a.b", isTime }]. */
 function leaves(schema) {
   const found = [];
   let at = 1;
@@ -89,7 +89,7 @@ function leaves(schema) {
   return found;
 }
 
-/** `name` taken apart: { role, triad?, axis?, unit }; null when it says nothing to a recording. */
+/** The parts of a column's name: { role, triad?, axis?, unit }; null if it is no recording's. */
 function meaning(name, isTime) {
   const match = /^([a-z_]+)(?:\[([^\]]+)\])?$/.exec(name);
   if (!match) return null;
@@ -104,7 +104,7 @@ function meaning(name, isTime) {
   return { role: 'reading', triad, axis: axis[2], unit };
 }
 
-/** What each column is: { time, temperature, triads: { accelerometer: { unit, x, y, z } } }. */
+/** The columns by role: { time, temperature, triads: { accelerometer: { unit, x, y, z } } }. */
 function mapColumns(found, options) {
   const renamed = new Map(found.map(({ name, isTime }) => [name, { column: name, isTime }]));
   for (const pair of (options.others.columns ?? '').split(',').filter((text) => text)) {
@@ -145,7 +145,7 @@ function mapColumns(found, options) {
   return map;
 }
 
-/** `value` of a time column in ns; null where there is none. */
+/** `value` of a time column in ns; null if it is missing. */
 function toNs(value, { unit, isTime }) {
   if (typeof value === 'bigint') return isTime ? value : value * BigInt(kNs[unit]);
   if (typeof value !== 'number' || !Number.isFinite(value) || Math.abs(value) * kNs[unit] > 9e18) return null;
@@ -157,7 +157,7 @@ function toNumber(value) {
   return typeof value === 'bigint' ? Number(value) : typeof value === 'number' ? value : null;
 }
 
-/** Reads the leaf `name` of a row group as a function of the row. */
+/** Returns a function that reads the leaf `name` of a row group by row. */
 function reader(columns, name) {
   const steps = columns[name] ? [name] : name.split('.');
   const chunks = columns[steps[0]] ?? [];
@@ -187,7 +187,7 @@ function addRows(columns, rows, map, tables) {
     if (map.temperature?.unit === 'K') degrees -= 273.15;
     for (const [table, x, y, z] of axes) {
       const [a, b, c] = [toNumber(x(row)), toNumber(y(row)), toNumber(z(row))];
-      // Empty: a sensor that is slower than the others.
+      // A sensor slower than the others has no reading in this row.
       if (a === null && b === null && c === null) continue;
       table.add(timeNs, a ?? NaN, b ?? NaN, c ?? NaN, degrees);
     }

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Which topics of a PX4 log hold readings, and what they are. PX4: msg/Sensor*.msg, msg/Vehicle*.msg.
+// The topics of a PX4 log with readings, and their use. PX4: msg/Sensor*.msg, msg/Vehicle*.msg.
 
 const { Refusal, Table, count, listOf, note, print, printable, send } = require('./frames.js');
 const { Ulog } = require('./ulog.js');
 
 const kInvalidRelativeTime = 0x7fffffff;
-// Fewer readings a second do not follow a hand's turn.
+// A lower rate does not resolve turns by hand.
 const kSlowestHz = 5;
-// Drivers of earlier releases (ver_sw_release) corrected what the chip said by CAL_* before they published it.
+// Drivers before these releases (ver_sw_release) corrected readings by CAL_* before publishing them.
 const kDriversCorrectBefore = { accelerometer: 0x010b0000, gyroscope: 0x010b0000, magnetometer: 0x010c0000 };
-// Between this and the release itself 1.11.0 was being made, and either may be.
+// Development versions of 1.11.0, in which drivers may or may not correct.
 const kEitherOf = [0x010b0000, 0x010b00ff];
 const kHowToLog = 'SDLOG_MODE 2 logs unarmed, and sensor comparison in SDLOG_PROFILE raw readings at 10 Hz';
 
-/** Streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
+/** The streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
 const kTopics = {
   sensor_accel: [{ triad: 'accelerometer', unit: 'm/s^2', fields: ['x', 'y', 'z'] }],
   sensor_gyro: [{ triad: 'gyroscope', unit: 'rad/s', fields: ['x', 'y', 'z'] }],
@@ -35,7 +35,7 @@ const kTopics = {
 };
 const kRawTopics = ['sensor_accel', 'sensor_gyro', 'sensor_mag', 'sensor_accel_fifo', 'sensor_gyro_fifo'];
 
-/** What a row of `subscription` means for `stream`; null when its layout has no such fields. */
+/** How to read `stream` from a row of `subscription`; null if its layout lacks the fields. */
 function decoder(subscription, stream) {
   const { fields } = subscription.layout;
   const field = (name, length = 1) => {
@@ -46,13 +46,13 @@ function decoder(subscription, stream) {
     const at = 2 + found.at + i * found.step;
     return at + found.step <= message.length ? Number(found.read(message, at)) : NaN;
   };
-  // A combined topic states the times of its sensors relative to its own.
+  // A combined topic states its sensors' times relative to its own.
   const isCombined = fields.has('accelerometer_timestamp_relative');
   const times = [isCombined ? null : field('timestamp_sample'), field('timestamp')].filter((time) => time?.step === 8);
   if (times.length === 0) return null;
   const decode = {
     unit: stream.unit,
-    // Some drivers leave that of the sample zero.
+    // Some drivers leave the time of the sample zero.
     timeUs: (message) => {
       const us = BigInt(times[0].read(message, 2 + times[0].at));
       return us > 0n || times.length === 1 ? us : BigInt(times[1].read(message, 2 + times[1].at));
@@ -71,7 +71,7 @@ function decoder(subscription, stream) {
     decode.axes = [0, 1, 2].map((i) => reader(array, i));
     return decode;
   }
-  // Old firmware corrected in its drivers; the counts beside it are what the chip said.
+  // Drivers of old firmware corrected readings; the counts beside them are the chip's output.
   const raw = stream.fields.map((name) => field(`${name}_raw`));
   const plain = stream.fields.map((name) => field(name));
   const found = raw.every((axis) => axis) ? raw : plain;
@@ -79,14 +79,14 @@ function decoder(subscription, stream) {
   if (stream.fifo) {
     const [dt, scale, samples] = ['dt', 'scale', 'samples'].map((name) => field(name));
     if (!dt || !scale || !samples) return null;
-    // Where a driver of 2020 states the chip's rotation it has not turned these, as later ones have.
+    // Drivers of 2020, which state the chip's rotation, do not apply it here; later ones do.
     const rotation = field('rotation') ? reader(field('rotation')) : () => 0;
     decode.fifo = { axes: found, dtUs: reader(dt), scale: reader(scale), samples: reader(samples), rotation };
     return decode;
   }
   decode.axes = found.map((axis) => reader(axis));
   if (found === raw) {
-    // A count of a magnetometer is stated in gauss, and a recording's in uT.
+    // The log states a magnetometer's count in gauss, a recording in uT: 1 G = 100 uT.
     const scaling = field('scaling') && reader(field('scaling'));
     decode.unit = 'counts';
     decode.scale = scaling && ((message) => scaling(message) * (stream.unit === 'G' ? 100 : 1));
@@ -95,7 +95,7 @@ function decoder(subscription, stream) {
   return decode;
 }
 
-/** Moments of what a chip counted and of x, y, z, which its driver turned and corrected. */
+/** Moments of a chip's counts and of x, y, z, which its driver rotated and corrected. */
 class ChipMoments {
   constructor(decode) {
     this.readers = [...decode.axes, ...decode.turned];
@@ -121,7 +121,7 @@ class ChipMoments {
     return this.products[i][j] - (this.sums[i] * this.sums[j]) / this.rows;
   }
 
-  /** The mean square of the correlations of x, y, z with the counts turned by `rotation`; NaN where an axis is constant. */
+  /** Mean squared correlation of x, y, z with the counts rotated by `rotation`; NaN if an axis is constant. */
   agreement(rotation) {
     let sum = 0;
     let axes = 0;
@@ -136,9 +136,9 @@ class ChipMoments {
     return axes === 3 ? sum / axes : NaN;
   }
 
-  /** Among `rotations` that from the chip's axes into those of x, y, z; null: the rows do not tell. */
+  /** The one of `rotations` from the chip's axes to those of x, y, z; null: the rows do not determine it. */
   turn(rotations) {
-    // Another rotation is 45 degrees off or more: squares of 1/2 for two axes, 2/3 in the mean.
+    // Any other rotation differs by 45 degrees or more: squares of 1/2, 1/2 and 1 have the mean 2/3.
     const kAgrees = 0.8;
     const agreements = rotations.map((rotation) => this.agreement(rotation));
     const best = agreements.indexOf(Math.max(...agreements));
@@ -146,7 +146,7 @@ class ChipMoments {
   }
 }
 
-/** Counts in the axes of x, y, z, of each subscription that has both: Map(message id -> ChipMoments). */
+/** Adds a row to the moments of its subscription, if it has both: Map(message id -> ChipMoments). */
 function takeMoments(moments, subscription, message) {
   const id = message.readUInt16LE(0);
   if (!moments.has(id)) {
@@ -159,7 +159,7 @@ function takeMoments(moments, subscription, message) {
 
 const byNameAndInstance = (a, b) => (a.name < b.name ? -1 : a.name > b.name ? 1 : a.instance - b.instance);
 
-/** The topics with readings that the log holds, and the recording, by its number, that each becomes a part of. */
+/** The log's topics with readings, each with the number of its recording. */
 function present(log) {
   const found = [];
   for (const [id, subscription] of log.subscriptions) {
@@ -183,8 +183,8 @@ function list(log) {
 }
 
 /**
- * Of two topics that say the same of a sensor, by its device id or else their instance, the one with every
- * reading, in the recording of the other. A log may have FIFOs of some sensors alone, numbered by themselves.
+ * Of two topics of the same sensor (by device id, else by instance) keeps the one with every reading, in the
+ * recording of the other. A log may have FIFOs of only some sensors, with numbers of their own.
  */
 function withEachReading(raw) {
   const isSame = (fifo, { name, device, instance }) => fifo.name === `${name}_fifo` &&
@@ -235,7 +235,7 @@ function product(a, b) {
   return a.map((row) => [0, 1, 2].map((j) => row[0] * b[0][j] + row[1] * b[1][j] + row[2] * b[2][j]));
 }
 
-/** Roll, then pitch, then yaw, by the parameters `names`, in degrees. */
+/** The rotation by roll, then pitch, then yaw, from the parameters `names` in degrees. */
 function eulerRotation(parameters, names) {
   const [roll, pitch, yaw] = names.map((name) => ((parameters.get(name) ?? 0) * Math.PI) / 180);
   const about = (angle, i, j) => {
@@ -248,7 +248,7 @@ function eulerRotation(parameters, names) {
   return product(about(yaw, 0, 1), product(about(pitch, 2, 0), about(roll, 1, 2)));
 }
 
-/** Rotation of the board, body <- sensor; null: one that is not among `rotations`. */
+/** The rotation of the board, body <- sensor; null: it is not among `rotations`. */
 function boardRotation(parameters, rotations) {
   const rotation = rotations[parameters.get('SENS_BOARD_ROT') ?? 0];
   return rotation ? product(eulerRotation(parameters, ['X', 'Y', 'Z'].map((axis) => `SENS_BOARD_${axis}_OFF`)), rotation) : null;
@@ -261,7 +261,7 @@ const kSensors = {
 };
 
 /**
- * The set of parameters of each of `devices`: that with its number, else the first that is nobody's, else
+ * The parameter set of each of `devices`: the one with its number, else the first without a number, else
  * -1. PX4: src/lib/sensor_calibration/Utilities.cpp (FindAvailableCalibrationIndex).
  */
 function slotsOf(parameters, prefix, devices) {
@@ -273,18 +273,18 @@ function slotsOf(parameters, prefix, devices) {
   }));
 }
 
-/** The devices of a kind of sensor that `topics` are of, by their instances. */
+/** The devices of a kind of sensor in `topics`, by instance. */
 function devicesOf(topics, triad) {
   return topics.filter(({ name }) => kTopics[name].length === 1 && kTopics[name][0].triad === triad)
     .map(({ device }) => device).filter((device) => device > 0);
 }
 
-/** The value of CAL_MAGn_ROT by which angles say the turn. PX4: src/lib/conversion/rotation.h (ROTATION_CUSTOM). */
+/** The value of CAL_MAGn_ROT for a rotation stated by angles. PX4: src/lib/conversion/rotation.h (ROTATION_CUSTOM). */
 const kCustomRotation = 100;
 
 /**
- * The turn from the axes of the board into those of the magnetometer `device`, whose parameters are `slot`;
- * undefined: the log does not say.
+ * The rotation from the board's axes to those of the magnetometer `device`, whose parameter set is `slot`;
+ * undefined: the log does not determine it.
  */
 function magnetometerTurn({ parameters, latest, changed }, device, slot, rotations) {
   const id = latest.get(`CAL_MAG${slot}_ID`);
@@ -293,16 +293,16 @@ function magnetometerTurn({ parameters, latest, changed }, device, slot, rotatio
   const angles = ['ROLL', 'PITCH', 'YAW'].map((angle) => `CAL_MAG${slot}_${angle}`);
   const turns = [`CAL_MAG${slot}_ROT`, ...(number === kCustomRotation ? angles : [])];
   if (isOther || [...changed].some((key) => turns.includes(key) || key.startsWith('SENS_BOARD'))) return undefined;
-  if (number === -1) return rotations[0]; // It is on the board.
+  if (number === -1) return rotations[0]; // The sensor is on the board.
   const board = boardRotation(parameters, rotations);
   const sensor = number === kCustomRotation ? eulerRotation(latest, angles) : rotations[number];
-  // Both are into the body's axes.
+  // Both rotations are into the body's axes.
   return sensor && board ? product([0, 1, 2].map((i) => sensor.map((row) => row[i])), board) : undefined;
 }
 
 /**
- * What the firmware has done to the primary sensor of `triad`, as behind `applied.<triad>:`; 'unknown'
- * where its parameters do not tell. corrected = matrix · ((reading − offset) ∘ scale).
+ * The firmware's correction of the primary sensor of `triad`, as after `applied.<triad>:`; 'unknown' if
+ * its parameters do not determine it. corrected = matrix · ((reading − offset) ∘ scale).
  */
 function applied(log, triad, rotations) {
   const { parameters, changed } = log;
@@ -312,7 +312,7 @@ function applied(log, triad, rotations) {
   const slot = [0, 1, 2, 3].find((n) => primary && parameters.get(`CAL_${name}${n}_ID`) === primary);
   if (slot === undefined) return 'unknown';
   const prefix = `CAL_${name}${slot}_`;
-  // A mounting of its own, currents, or a matrix: not undone here.
+  // Corrections by its own rotation, by currents or by a matrix are not undone here.
   if (triad === 'magnetometer' && (parameters.get(`${prefix}ROT`) ?? -1) > 0) return 'unknown';
   for (const key of ['XODIAG', 'YODIAG', 'ZODIAG', 'XCOMP', 'YCOMP', 'ZCOMP']) {
     if (parameters.get(prefix + key)) return 'unknown';
@@ -327,14 +327,14 @@ function applied(log, triad, rotations) {
   return { offset: offset.map(text), scale: scale.map(text), matrix: matrix.map((row) => row.map((entry) => entry + 0)) };
 }
 
-/** Whether what the firmware has done to the readings of `topic` is known. */
+/** Whether the firmware's correction of the readings of `topic` is known. */
 function isUndone(log, topic, rotations) {
   return kTopics[topic].every(({ corrected, triad }) => corrected === true && applied(log, triad, rotations) !== 'unknown');
 }
 
 /**
- * What the driver of old firmware has done to readings of `device`: (reading − offset) ∘ scale; 'unknown' where
- * the log does not tell, undefined: nothing. PX4: src/lib/drivers/magnetometer/PX4Magnetometer.cpp.
+ * The correction of `device` by an old driver: (reading − offset) ∘ scale; 'unknown' if the log does not
+ * determine it, undefined: none. PX4: src/lib/drivers/magnetometer/PX4Magnetometer.cpp.
  */
 function appliedByDriver({ parameters, changed, info }, triad, device) {
   const release = info.get('ver_sw_release');
@@ -351,7 +351,7 @@ function appliedByDriver({ parameters, changed, info }, triad, device) {
   return isTold ? said[0] : 'unknown';
 }
 
-/** What was done to readings in the board's axes that were turned by `turn`, if any, and then corrected as `map`. */
+/** The correction of readings in the board's axes that were rotated by `turn`, if any, and then corrected by `map`. */
 function afterTurn(turn, map) {
   if (!turn || !turn.some((row, i) => row[i] !== 1)) return map;
   if (map === undefined) return { matrix: turn };
@@ -360,14 +360,14 @@ function afterTurn(turn, map) {
     matrix: turn.map((row, i) => row.map((entry) => map.scale[i] * entry)) };
 }
 
-/** What stands behind `applied.<triad>:` in a manifest. */
+/** The text after `applied.<triad>:` in a manifest. */
 function appliedText(map) {
   if (map === undefined) return '';
   if (map === 'unknown') return ' unknown\n';
   return `\n${Object.entries(map).map(([key, value]) => `    ${key}: ${JSON.stringify(value)}\n`).join('')}`;
 }
 
-/** Streams that will be written: one a sensor of each chosen topic. `slots`: of magnetometers. */
+/** The streams to write: one for each sensor of each chosen topic. `slots`: of magnetometers. */
 function openStreams(log, topics, slots, moments, rotations) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
@@ -395,7 +395,7 @@ function openStreams(log, topics, slots, moments, rotations) {
   return opened;
 }
 
-/** A row of `entry` is of `device`. Damage makes a number up, but not twice in turn. */
+/** Takes `device` as the id of `entry` after two equal rows, since damage hardly gives the same id twice. */
 function takeDevice(entry, device) {
   if (device > 0 && device === entry.deviceBefore) {
     entry.device ??= device;
@@ -408,7 +408,7 @@ function takeDevice(entry, device) {
   entry.deviceBefore = device;
 }
 
-/** R v. */
+/** The product R v. */
 function turned(rotation, v) {
   return rotation.map((row) => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
 }
@@ -440,7 +440,7 @@ function takeRow(entry, message) {
     timeUs += BigInt(relative);
   }
   const timeNs = timeUs * 1000n;
-  // A combined topic repeats the reading of a slower sensor.
+  // A combined topic repeats the last reading of a slower sensor.
   if (decode.relative && timeNs === entry.lastNs) {
     ++entry.repeated;
     return;
@@ -452,7 +452,7 @@ function takeRow(entry, message) {
   table.add(timeNs, x, y, z, decode.temperature ? decode.temperature(message) : NaN);
 }
 
-/** What to log, or to convert, instead of readings that come too rarely; empty where they do not. */
+/** Advice for readings of too low a rate: what to log or convert instead; empty if the rate suffices. */
 function tooSlow(log, entries, rotations) {
   const slow = entries.filter(({ table }) => 2 * table.longSteps > table.rows - 1);
   if (slow.length === 0) return '';
@@ -464,7 +464,7 @@ function tooSlow(log, entries, rotations) {
     (faster ? `; ${faster.name} has ${faster.rows} rows, corrected by the firmware: --topic=${faster.name}` : '');
 }
 
-/** The numbers of a recording's sensors: those of their topics, or of the primary sensor. */
+/** The device ids of a recording's sensors, from their topics or of the primary sensor. */
 function deviceIds(log, entries) {
   const ids = {};
   for (const { table: { triad }, device, applied: map } of entries) {
@@ -475,7 +475,7 @@ function deviceIds(log, entries) {
   return ids;
 }
 
-/** The manifest of the sensors of `instance`; `devices`: those of the log by their kinds. */
+/** Sends the manifest of the sensors of `instance`; `devices`: those of the log by kind. */
 function sendManifest(log, instance, entries, devices) {
   const source = {};
   if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
@@ -485,18 +485,18 @@ function sendManifest(log, instance, entries, devices) {
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
   const ids = deviceIds(log, entries);
-  // A log without parameters does not say where the vehicle has a sensor.
+  // A log without parameters does not state the parameter sets of sensors.
   const stated = log.latest.size > 0 ? Object.entries(ids) : [];
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
   const thermalSlots = among(({ thermal }) => thermal);
   const slots = among(({ name }) => `CAL_${name}`);
-  // A sensor without an id has no place where the vehicle has another's parameters.
+  // A sensor without an id must not use a set that the vehicle assigns to another sensor.
   for (const { table: { triad } } of entries) {
     if (!ids[triad] && log.latest.get(`CAL_${kSensors[triad].name}${instance}_ID`)) slots[triad] = -1;
   }
-  // Terms that the vehicle would use once it is to use those of this sensor: its own, and those of sensors that the log
-  // has not; those of others in the log are stated with them.
+  // Temperature terms that enabling this sensor's would enable, too: its own, and those of sensors
+  // that are not in the log; those of others in the log are stated with them.
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
     const { thermal } = kSensors[triad];
     const id = log.latest.get(`${thermal}${n}_ID`);
@@ -535,7 +535,7 @@ async function run(options) {
     }
   }
   const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), moments, options.rotations);
-  // The same file again; what it defines is known, and the same messages are believed.
+  // The second pass: its definitions are the same, and so are the accepted messages.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {
     for (const entry of opened.get(message.readUInt16LE(0)) ?? []) takeRow(entry, message);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Reads a log for the converter that started it (tools/convert/scripted.cc): what is asked for is
-// JSON in the first argument, and what is found goes as lines through a pipe.
+// Reads a log for the converter that started it (tools/convert/scripted.cc): the first argument is
+// the request in JSON, and the results are written as lines to a pipe.
 
 const { Refusal, end, printable, send } = require('./frames.js');
 
@@ -14,7 +14,7 @@ function reasonOf(error) {
   if (String(error.code).endsWith('MODULE_NOT_FOUND')) {
     return ['missing-program', 'its packages are not installed; build it with tools/build.sh programs, where npm is'];
   }
-  // What the system says of a file: not there, not readable.
+  // Errors of the system: the file is missing or not readable.
   if (typeof error.code === 'string' && error.syscall) {
     return ['unreadable-file', `${error.path ?? 'a file'}: ${error.code}: ${error.message}`];
   }
@@ -33,4 +33,4 @@ async function main() {
   end();
 }
 
-main().catch(() => process.exit(2)); // Nobody reads the pipe.
+main().catch(() => process.exit(2)); // The reader of the pipe is gone.

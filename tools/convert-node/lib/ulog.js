@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// The frame of a PX4 ULog file: a stream of messages, read once from begin to end in bounded memory.
-// Nothing in the format says that a message is damaged, so one is believed when it has the length
-// that its definition gives it; where one is not, reading goes on at the next place that two
-// messages in a row agree with.
+// Reads a PX4 ULog file, a stream of messages, once from beginning to end in bounded memory. The
+// format has no checksums, so a message is accepted if it has the length of its definition. After
+// damage reading continues at the next position with two acceptable messages in a row.
 
 const fs = require('fs');
 const { Refusal, count, printable } = require('./frames.js');
@@ -30,7 +29,7 @@ const kTypes = {
   double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
 };
 
-// Information has names that no field can have, such as "perf_counter_preflight-00".
+// Names of information may have characters that fields lack: "perf_counter_preflight-00".
 const kInformation = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([!-~]+)$/;
 const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
 
@@ -39,7 +38,7 @@ function parseField(text, pattern = kField) {
   return match && { type: match[1], length: match[2] === undefined ? 1 : Number(match[2]), name: match[3] };
 }
 
-/** What is logged as text has a level, "0" to "7". */
+/** A logged text has a level, "0" to "7". */
 function isLogLevel(byte) {
   return byte >= 0x30 && byte <= 0x37;
 }
@@ -50,10 +49,10 @@ class Ulog {
     this.formats = new Map(); // name -> [{ type, length, name }]
     this.layouts = new Map(); // name -> { size, least, fields: Map(name -> { at, length, read }) }
     this.subscriptions = new Map(); // message id -> { name, instance, layout, rows }
-    this.parameters = new Map(); // As they were at first, when readings were corrected by them.
-    this.latest = new Map(); // As the vehicle has them at the end.
+    this.parameters = new Map(); // First values, by which readings were corrected.
+    this.latest = new Map(); // Last values, which the vehicle has now.
     this.info = new Map();
-    this.changed = new Set(); // Parameters and information that changed while the log was written.
+    this.changed = new Set(); // Parameters and information with several values.
     this.damagedBytes = 0;
     this.damagedPlaces = 0;
     this.dropouts = 0;
@@ -62,8 +61,8 @@ class Ulog {
   }
 
   /**
-   * Layout of a message; null when its definition is missing, damaged or holds itself. `visited`:
-   * definitions that are being laid out or have none, so that each is laid out once.
+   * The layout of a message; null if its definition is missing, damaged or contains itself. `visited`:
+   * definitions in progress or without a layout, so that each is processed once.
    */
   layout(name, visited = new Set()) {
     const known = this.layouts.get(name);
@@ -80,14 +79,14 @@ class Ulog {
         layout.fields.set(field.name, { at: layout.size, length: field.length, step: size, read: basic.read });
       }
       layout.size += size * field.length;
-      // Padding at the end is not written.
+      // Padding at the end of a message is not logged.
       if (!field.name.startsWith('_padding')) layout.least = layout.size;
     }
     this.layouts.set(name, layout);
     return layout;
   }
 
-  /** The key of an I, M, P or Q message, with where its value begins; null when there is none. */
+  /** The key of an I, M, P or Q message and the position of its value; null if it has none. */
   static key(message, at) {
     if (message.length <= at) return null;
     const end = at + 1 + message[at];
@@ -97,8 +96,8 @@ class Ulog {
   }
 
   /**
-   * True when a message of `type` and `size` may begin with `part`: the whole of it, or what was written
-   * before the end. Where a log ends so, the firmware appends what it knows of the crash.
+   * Whether a message of `type` and `size` may begin with `part`, which is complete or truncated. After a
+   * truncated message the firmware appends data on the crash.
    */
   isOne(type, part, size) {
     const isWhole = part.length === size;
@@ -133,13 +132,13 @@ class Ulog {
       case 'C':
         return size >= 11 && (part.length === 0 || isLogLevel(part[0]));
       case 'B':
-        return isWhole && size >= 40 && this.formats.size === 0; // It comes before all others.
+        return isWhole && size >= 40 && this.formats.size === 0; // It precedes all other messages.
       default:
         return false;
     }
   }
 
-  /** True when `part` may be the begin of a message of `size` bytes with a key at byte `at`, or the whole. */
+  /** Whether `part` may be all or the beginning of a message of `size` bytes with a key at byte `at`. */
   static isKey(part, at, size) {
     if (part.length <= at) return size > at + 1;
     const end = at + 1 + part[at];
@@ -153,7 +152,7 @@ class Ulog {
       case 'F': {
         const text = message.toString('latin1');
         const fields = text.slice(text.indexOf(':') + 1).split(';').filter((field) => field).map((field) => parseField(field));
-        // What comes after some damage does not take the place of what was read.
+        // The first definition stays, since a later one may be damaged.
         const name = text.slice(0, text.indexOf(':'));
         if (!fields.includes(null) && !this.formats.has(name)) this.formats.set(name, fields);
         break;
@@ -212,9 +211,9 @@ class Ulog {
 
   readFrom(descriptor, onRow) {
     let window = Buffer.alloc(kWindow);
-    let start = 0; // Of the window in the file.
+    let start = 0; // Position of the window in the file.
     let filled = 0;
-    let at = 0; // Next byte, in the window.
+    let at = 0; // Position of the next byte in the window.
     const fill = () => {
       window.copyWithin(0, at, filled);
       start += at;
@@ -226,7 +225,7 @@ class Ulog {
         filled += got;
       }
     };
-    /** The message at `i` of the window, if there is a believable one that ends before `limit`. */
+    /** The acceptable message at `i` of the window that ends before `limit`, if any. */
     const messageAt = (i, limit) => {
       if (i + 3 > limit) return null;
       const end = i + 3 + window.readUInt16LE(i);
@@ -236,7 +235,7 @@ class Ulog {
       return this.isOne(type, message, message.length) ? { type, message, end } : null;
     };
 
-    /** What a cut log ends with may be taken for a message that the begin of another is part of. */
+    /** The end of a truncated log may look like a message that contains the beginning of another. */
     const refuseAnother = () => {
       const next = window.subarray(0, filled).indexOf(kMagic, start === 0 ? kHeaderSize : 0);
       if (next < 0) return;
@@ -273,7 +272,7 @@ class Ulog {
           continue;
         }
       }
-      // One byte that looks like a type is no proof: two messages in a row are.
+      // A byte may equal a type by chance, so two messages in a row are required.
       const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
                                messageAt(found.end, limit) !== null);
       if (!proven) {
@@ -295,7 +294,7 @@ class Ulog {
     }
   }
 
-  /** "2 damaged places (113 bytes) were passed over", or nothing. */
+  /** "2 damaged places (113 bytes) were passed over", or an empty text. */
   damage() {
     if (this.damagedPlaces === 0) return '';
     return `${count(this.damagedPlaces, 'damaged place', 'damaged places')} (${this.damagedBytes} bytes) skipped`;
