@@ -29,7 +29,7 @@ void Fields(auto&& visit, Like<LineCounts> auto& counts) {
 namespace {
 
 constexpr std::string_view kFormat = "truetriad/runs";
-constexpr std::size_t kLongestHeader = 4096;  // Bytes; today's header has below 300.
+constexpr std::size_t kLongestHeader = 4096;  // Bytes; today's header has under 300.
 
 Error NoHeader(const std::string& path) {
   return Error(

@@ -256,7 +256,7 @@ Error Wrong(const std::string& what) { return Error(ErrorCode::kWrongFormat, wha
 
 /// A text with any contents, for messages.
 std::string InWords(std::string_view text) {
-  constexpr std::size_t kMost = 60;  // A part of a line.
+  constexpr std::size_t kMost = 60;  // Chosen: fits on a line.
   return Json(std::string(text.substr(0, kMost)))
              .dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace) +
          (text.size() > kMost ? "…" : "");

@@ -153,7 +153,7 @@ std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
 }
 
 constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
-constexpr double kSharedBy = 0.9;  // A unit without one value is lost for T^2.
+constexpr double kSharedBy = 0.9;  // Up to a tenth of the units may lack a value.
 
 // Values of one parameter over a station's units.
 ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, int parameter) {
