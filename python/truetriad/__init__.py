@@ -51,6 +51,7 @@ def _find_module():
 _find_module()
 from . import _truetriad as _core  # noqa: E402  its errors are those above
 from ._answers import AllanDeviation, Comparison, Covariance, Evaluation, Plan  # noqa: E402
+from . import _notebook  # noqa: E402
 from ._recording import Recording  # noqa: E402
 from ._truetriad import Calibration, Finding, Sensor  # noqa: E402
 from ._verbs import allan, calibrate, compare, evaluate, load, plan, simulate  # noqa: E402
@@ -70,6 +71,9 @@ def _to_dict(self):
 
 
 Calibration.to_dict = _to_dict
+Calibration._repr_html_ = _notebook._repr_html_
+Calibration.plot = _notebook.plot
+Calibration.to_frame = _notebook.to_frame
 Calibration.covariance = property(
     lambda self: Covariance(*self._covariance),
     doc="Of every parameter, in the stated gauge: names and a NumPy matrix.")
