@@ -145,7 +145,7 @@ void SettlePoses(Draft* draft) {
   }
 }
 
-/// `model: auto` opens all terms of the sensor, except those that the experiment states.
+/// model: auto opens all terms of the sensor, except those that the experiment states.
 void LeaveModelsOpen(Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   for (const Triad triad : kTriads) {
