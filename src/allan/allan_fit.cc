@@ -95,7 +95,7 @@ class Problem {
         allowed[j] = strength != 0.0;
       }
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        // In a late fit it stands for what the factors left out add to its first points: it stays.
+        // A late fit keeps this term, which stands for the noises left out at its first points.
         if (!allowed[j] || (j == kQuantisation && range_.begin > 0)) continue;
         Used without = allowed;
         without[j] = false;

@@ -73,19 +73,19 @@ Status CheckCount(Triad triad,
   }
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   may_be_faces = may_be_faces && !attitudes && poses >= 6;
-  return NotEnoughError(
-      Finding(FindingCode::kTooFewPoses,
-              std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " + noun +
-                  (poses == 1 ? ", but " : "s, but ") + model + " needs at least " +
-                  std::to_string(needed),
-              "add " + noun + "s" +
-                  (may_be_faces ? (smaller.empty() ? "" : ", " + smaller) +
-                                      ", or, if the unit stood on its six faces, state "
-                                      "`attitudes: { six_face: {} }`"
-                                : (smaller.empty() ? "" : ", or " + smaller)))
-          .About(triad)
-          .With("poses", static_cast<double>(poses))
-          .With("needed", static_cast<double>(needed)));
+  std::string remedy = "add " + noun + "s";
+  if (!smaller.empty()) remedy += (may_be_faces ? ", " : ", or ") + smaller;
+  if (may_be_faces) {
+    remedy += ", or, if the unit stood on its six faces, state `attitudes: { six_face: {} }`";
+  }
+  return NotEnoughError(Finding(FindingCode::kTooFewPoses,
+                                std::string(TriadName(triad)) + ": " + std::to_string(poses) + " " +
+                                    noun + (poses == 1 ? ", but " : "s, but ") + model +
+                                    " needs at least " + std::to_string(needed),
+                                remedy)
+                            .About(triad)
+                            .With("poses", static_cast<double>(poses))
+                            .With("needed", static_cast<double>(needed)));
 }
 
 // Refuses a gain that is wrong by a factor of 4 in stated attitudes although the readings have

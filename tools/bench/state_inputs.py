@@ -430,7 +430,7 @@ number=$(grep -c "" "{1}/ran")
 code=$?
 printf '%s\\t%s\\n' "$code" "$*" >> "{1}/ran"
 for one; do
-  case "$before" in -o) output=$one ;; esac
+  [ "$before" = -o ] && output=$one
   case "$one" in --output=*) output=${{one#--output=}} ;; esac
   before=$one
 done

@@ -76,8 +76,9 @@ std::vector<CommandFlag> FlagsOf(const Command& command) {
 
 std::string UsageOf(const Command& command) {
   std::string usage = "truetriad " + std::string(command.name);
-  const auto shown = [&command](std::string_view word, const std::string& more = "") {
-    for (const CommandFlag& flag : FlagsOf(command)) {
+  const std::vector<CommandFlag> flags = FlagsOf(command);
+  const auto shown = [&flags](std::string_view word, const std::string& more = "") {
+    for (const CommandFlag& flag : flags) {
       if (flag.name != word) continue;
       const std::string name =
           flag.placeholder.substr(0, flag.placeholder.find_first_of(",[")) + more;
@@ -90,10 +91,10 @@ std::string UsageOf(const Command& command) {
   };
   for (const std::string_view word : command.words) usage += " " + shown(word);
   if (!command.more_words.empty()) usage += " " + shown(command.more_words, " ...");
-  for (const CommandFlag& flag : FlagsOf(command)) {
-    const auto is_word = [&flag](std::string_view word) { return word == flag.name; };
-    if (!flag.required || std::ranges::any_of(command.words, is_word)) continue;
-    usage += " --" + flag.name + "=" + flag.placeholder;
+  for (const CommandFlag& flag : flags) {
+    const bool is_word = flag.name == command.more_words ||
+                         std::ranges::find(command.words, flag.name) != command.words.end();
+    if (flag.required && !is_word) usage += " --" + flag.name + "=" + flag.placeholder;
   }
   return command.flags.empty() ? usage : usage + " [flags]";
 }
