@@ -19,6 +19,8 @@ namespace {
 constexpr int kMostOfForm = 9;
 // With more turns the correlation of neighbours is estimated, by the scatter of 64 groups of them.
 constexpr std::size_t kMostTurnGroups = 64;
+// 64 blocks of three rows, which stay in the cache.
+constexpr Eigen::Index kRowsAtOnce = 192;
 // The attitudes absorb a direction with a smaller share of a turn's information, 32 times its σ.
 constexpr double kSeenOfTurn = 1e-3;
 
@@ -161,11 +163,10 @@ void FaultSystem::SolveFor(const AddedColumns& columns) {
   Eigen::MatrixXd shared(size(), count);  // M^-1 J^T D Z
   if (size() > 0) {
     shared = TransposeTimesRows(BM(), columns.Z);
-    G -= StackedRows(B() * shared);
+    G -= ProductOfRows(projected_columns(), StackedRows(shared));
   }
   const Eigen::VectorXd information = columns.sigma.cwiseAbs2().cwiseInverse();
-  Eigen::MatrixXd H = TransposeTimesRows(columns.Z, G);
-  H = (0.5 * (H + H.transpose())).eval();
+  Eigen::MatrixXd H = SymmetricProduct(columns.Z, G);
   H.diagonal() += information;
   // Scaled, since unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
   const Eigen::VectorXd balance = H.diagonal().cwiseSqrt().cwiseInverse();
@@ -173,7 +174,7 @@ void FaultSystem::SolveFor(const AddedColumns& columns) {
   const Eigen::MatrixXd upper =
       factor.SolveLower(Eigen::MatrixXd::Identity(count, count)).transpose();
   const Eigen::MatrixXd root = ScaledRows(balance, upper);  // L^-T
-  U_ = G * root;
+  U_ = ProductOfRows(G, StackedRows(root));
   V_ = Times(shared, root);
   const Eigen::VectorXd gradient =
       columns.Z.transpose() * projected() + information.cwiseProduct(columns.at - columns.mean);
@@ -501,11 +502,21 @@ double FaultSystem::LogLikelihood() const {
 std::vector<Eigen::MatrixXd> FaultSystem::ComponentSquares(const StackedRows& Y) const {
   std::vector<Eigen::MatrixXd> E(static_cast<std::size_t>(components()),
                                  Eigen::MatrixXd::Zero(Y.cols(), Y.cols()));
-  Eigen::Matrix<double, 3, Eigen::Dynamic> half(3, Y.cols());
+  std::vector<StackedRows> blocks(E.size(), StackedRows(kRowsAtOnce, Y.cols()));
+  std::vector<Eigen::Index> filled(E.size(), 0);
+  const auto add = [&](std::size_t c) {
+    const StackedRows rows = blocks[c].topRows(filled[c]);
+    E[c] += SymmetricProduct(rows, rows);
+    filled[c] = 0;
+  };
   for (const Part& part : parts_) {
-    half.noalias() = part.root.transpose().lazyProduct(Y.middleRows<3>(part.row));
-    E[static_cast<std::size_t>(part.component)].noalias() += half.transpose().lazyProduct(half);
+    const auto c = static_cast<std::size_t>(part.component);
+    blocks[c].middleRows<3>(filled[c]).noalias() =
+        part.root.transpose().lazyProduct(Y.middleRows<3>(part.row));
+    filled[c] += 3;
+    if (filled[c] == kRowsAtOnce) add(c);
   }
+  for (std::size_t c = 0; c < E.size(); ++c) add(c);
   return E;
 }
 

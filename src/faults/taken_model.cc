@@ -32,6 +32,7 @@ TakenModel::TakenModel(PoseGraph* graph, NoiseState* noise)
     if (noise->IsFromResiduals(component)) excess_.least[c] = kLeastShare * excess_.v[c];
   }
   excess_.dof = ResidualDof(*graph, system_);
+  corrected_by_ = Eigen::VectorXd::Zero(system_.residual().size());
   for (const PoseNode& node : graph->nodes) {
     for (const Observation& seen : node.observations) readings_.push_back(seen.mean_raw);
   }
@@ -43,12 +44,11 @@ TakenModel::TakenModel(PoseGraph* graph, NoiseState* noise)
 
 void TakenModel::SetColumns(AddedColumns added) {
   added_ = std::move(added);
-  if (added_.size() == 0 || added_.at.isZero(0.0)) {
+  if (CorrectReadings()) {
+    system_.Linearise(*graph_, added_);
+  } else {
     system_.TakeIn(*graph_, added_);
-    return;
   }
-  CorrectReadings();
-  system_.Linearise(*graph_, added_);
 }
 
 void TakenModel::SetTurnVariances(TurnVariances unit) {
@@ -98,9 +98,11 @@ void TakenModel::SettleExcess(int steps) {
 }
 
 // A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
-void TakenModel::CorrectReadings() {
+// False if the readings are corrected by the same already.
+bool TakenModel::CorrectReadings() {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
   if (added_.size() > 0) off = added_.Z * added_.at;
+  if (off.size() == corrected_by_.size() && off == corrected_by_) return false;
   Eigen::Index row = 0;
   std::size_t reading = 0;
   for (PoseNode& node : graph_->nodes) {
@@ -116,12 +118,14 @@ void TakenModel::CorrectReadings() {
     graph_->increments[i].increment.rotation = rotations_[i] * RotationExp(-turn);
     row += 3;
   }
+  corrected_by_ = std::move(off);
+  return true;
 }
 
 void TakenModel::Relinearise() {
   added_.at = system_.h();
   CorrectReadings();
-  system_.Linearise(*graph_, {});
+  static_cast<ReducedSystem&>(system_).Linearise(*graph_);
   system_.TakeStep(system_.step(), graph_);
   for (std::size_t i = 0; i < graph_->increments.size(); ++i) {
     IncrementEdge& edge = graph_->increments[i];
@@ -129,9 +133,8 @@ void TakenModel::Relinearise() {
     rotations_[i] = edge.increment.rotation;
   }
   graph_->integrated_at = graph_->shared;
-  CorrectReadings();
+  corrected_by_.resize(0);
   ApplyExcess(noise_->excess, graph_);
-  system_.Linearise(*graph_, added_);
 }
 
 void TakenModel::StateEstimate() {

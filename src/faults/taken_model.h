@@ -32,7 +32,7 @@ class TakenModel {
   void SetTurnVariances(TurnVariances unit);
 
   // Corrects the readings by h and solves again: one Gauss-Newton step, with turns integrated
-  // again. Columns remain those of the former solution; SetColumns sets those of the new one.
+  // again. The columns are those of the former solution: SetColumns must follow.
   void Relinearise();
 
   // Computes the noise's estimate for the graph alone, with its readings as corrected.
@@ -43,13 +43,14 @@ class TakenModel {
 
  private:
   void Apply(const Eigen::VectorXd& v);
-  void CorrectReadings();
+  bool CorrectReadings();
 
   PoseGraph* graph_;
   NoiseState* noise_;
   FaultSystem system_;
   ExcessState excess_;
   AddedColumns added_;
+  Eigen::VectorXd corrected_by_;  // empty if the system has to be linearised
   TurnVariances turn_unit_;
   bool is_settled_ = true;
   // Uncorrected values: of the poses' observations, and of the turns as last integrated.
