@@ -40,12 +40,8 @@ constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
 // Chosen: the heading is the same when the gyroscope's integral about each axis is within 2.9 deg;
 // in an unknown unit, within 0.02 s at the range of its readings.
 constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
-// Chosen: a rest turns when its gyroscope mean differs by this share of the range from the others'.
-constexpr double kTurningShare = 0.005;
-// Chosen: a turn counts as visible to the leading triad when it would change it by 10 σ.
-constexpr double kSeenTurnSigmas = 10.0;
-// Sine of 8.6 deg: an axis of rotation nearer to the field may be along it, where nothing changes.
-constexpr double kOffField = 0.15;
+// Chosen: the gyroscope before and after a knock agrees within this share of its range.
+constexpr double kSameRateShare = 0.005;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
                        std::size_t begin,
@@ -155,7 +151,6 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
     }
   }
   // After the cuts, since the slow start of a turn about the vertical is not part of a rest.
-  DropTurning(buffer, &rests);
   std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
 }
@@ -173,7 +168,6 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
       }
       if (means.empty()) continue;
       const auto [low, high] = CentralRange(&means);
-      if (known.triad == triads_.front().triad) centre_raw_[axis] = 0.5 * (low + high);
       range_raw_[known.triad] = std::max(range_raw_[known.triad], high - low);
     }
   }
@@ -378,7 +372,7 @@ bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
   const double samples_after = SamplesIn(windows, after);
   if (samples_before == 0.0 || samples_after == 0.0) return true;
   const bool is_rate = known.triad == Triad::kGyroscope;
-  double limit_raw = (is_rate ? kTurningShare : kSameAttitudeShare) * range_raw_[known.triad];
+  double limit_raw = (is_rate ? kSameRateShare : kSameAttitudeShare) * range_raw_[known.triad];
   // For the leading triad no noise is added, so that a small turn is not hidden.
   if (known.triad != triads_.front().triad) {
     limit_raw += kNoiseSigmas *
@@ -421,62 +415,6 @@ bool StaticDetector::IsLongEnough(const Rest& rest) const {
   for (const auto& [begin, end] : rest.runs) windows += end - begin;
   // Half a window of tolerance: a whole number of windows is rarely the duration exactly.
   return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
-}
-
-// True where a turn at this rate would have changed the leading triad and did not, so that it is
-// the gyroscope's bias that differs. A fixed direction's reading y changes by -w x y in a second.
-bool StaticDetector::StayedWhere(const WindowBuffer& buffer,
-                                 const WindowRun& run,
-                                 const Eigen::Vector3d& rate_rad_s) const {
-  const DetectorTriad& leading = triads_.front();
-  if (!(leading.si_per_raw > 0.0)) return false;
-  const auto& windows = buffer.windows(leading.triad);
-  const std::size_t third = std::max<std::size_t>(1, (run.second - run.first) / 3);
-  const Eigen::Vector3d before = MeanOf(windows, run.first, run.first + third);
-  const Eigen::Vector3d after = MeanOf(windows, run.second - third, run.second);
-  const double between_s = static_cast<double>(run.second - run.first - third) * window_s_;
-  // Hard iron may be as large as the field; an accelerometer's bias is small beside gravity.
-  const Eigen::Vector3d field_raw =
-      leading.triad == Triad::kMagnetometer ? before - centre_raw_ : before;
-  const Eigen::Vector3d expected = -between_s * rate_rad_s.cross(field_raw);
-  const double sigma = std::sqrt(2.0 * TotalVariance(windows, run.first, run.first + third) /
-                                 static_cast<double>(third * windows[run.first].count));
-  // A turn about the field itself does not change the sensor's reading.
-  const double least_raw = kOffField * between_s * rate_rad_s.norm() * field_raw.norm();
-  // The change is nearer to zero than to the expected one.
-  return expected.norm() > std::max(kSeenTurnSigmas * sigma, least_raw) &&
-         (after - before).dot(expected) < 0.5 * expected.squaredNorm();
-}
-
-// Removes rests with a steady turn about the vertical, which only a gyroscope shows.
-void StaticDetector::DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const {
-  for (const DetectorTriad& known : triads_) {
-    if (known.triad != Triad::kGyroscope || rests->size() < 3) continue;
-    const auto& windows = buffer.windows(known.triad);
-    const auto mean_of = [&](const Rest& rest) {
-      return MeanOf(windows, rest.runs.front().first, rest.runs.front().second);
-    };
-    Eigen::Vector3d typical, noise_raw;
-    for (int axis = 0; axis < 3; ++axis) {
-      std::vector<double> means, sigmas;
-      for (const Rest& rest : *rests) {
-        means.push_back(mean_of(rest)[axis]);
-        const TriadWindow& window = windows[rest.begin()];
-        sigmas.push_back(std::sqrt(window.scatter_raw(axis, axis) /
-                                   std::max(1.0, static_cast<double>(window.count - 1))));
-      }
-      typical[axis] = Median(std::move(means));
-      noise_raw[axis] = Median(std::move(sigmas));
-    }
-    const double share = kTurningShare * range_raw_[known.triad];
-    std::erase_if(*rests, [&](const Rest& rest) {
-      const Eigen::Vector3d rate_raw = mean_of(rest) - typical;
-      return (rate_raw.array().abs() > (5.0 * noise_raw).cwiseMax(share).array()).any() &&
-             !(StayedWhere(buffer, rest.runs.front(), known.si_per_raw * rate_raw) &&
-               Acts(Mechanism::kStayedWhere)) &&
-             Acts(Mechanism::kTurningRests);
-    });
-  }
 }
 
 }  // namespace truetriad

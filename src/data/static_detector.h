@@ -86,18 +86,13 @@ class StaticDetector {
                   const WindowRun& before,
                   const WindowRun& after) const;
   bool IsLongEnough(const Rest& rest) const;
-  void DropTurning(const WindowBuffer& buffer, std::vector<Rest>* rests) const;
-  bool StayedWhere(const WindowBuffer& buffer,
-                   const WindowRun& run,
-                   const Eigen::Vector3d& rate_rad_s) const;
 
   StaticDetectorOptions options_;
   std::vector<DetectorTriad> triads_;
   std::vector<DetectorTriad> all_;  // With the witnesses.
   double window_s_;
   PerTriad<double> range_raw_;  // Range of the window means, which turning the unit makes.
-  Eigen::Vector3d centre_raw_ = Eigen::Vector3d::Zero();  // Of the leading triad's window means.
-  std::vector<float> activity_;                           // Infinity where not usable.
+  std::vector<float> activity_;  // Infinity where not usable.
 };
 
 }  // namespace truetriad

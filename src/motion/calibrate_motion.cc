@@ -48,8 +48,6 @@ constexpr double kSaidClockError = 4.0;
 constexpr double kRoughTolerance = 1e-6;
 // The final solution ends within 0.001 σ of the optimum at χ² = 1e5.
 constexpr double kMotionTolerance = 1e-11;
-// Chosen: a motion without gyroscope data for a larger share of its duration is refused.
-constexpr double kMuchUntoldShare = 0.1;
 
 // The state of the calibration from one start.
 struct MotionRun {
@@ -204,9 +202,8 @@ Findings RemarksOf(const CalibrateOptions& options,
   if (track.untold() > 0) {
     remarks.push_back(
         Finding(FindingCode::kGyroscopeGaps,
-                Format("the gyroscope has no usable data for %.2f s in ", track.untold_s()) +
-                    Counted(track.untold(), "place") +
-                    " (gaps, saturation or repeated readings): the chain is broken there")
+                Format("the gyroscope has no data for %.2f s in ", track.untold_s()) +
+                    Counted(track.untold(), "place") + ": the chain is broken there")
             .About(Triad::kGyroscope)
             .With("duration", track.untold_s(), "s")
             .With("places", track.untold()));
@@ -242,19 +239,6 @@ MotionNoiseFound NoiseFound(const MotionTrack& track, const MotionRun& run) {
         (run.noise.noise.density[triad] / track.spacing_s(triad)).cwiseSqrt();
   }
   return found;
-}
-
-// The refusal of a chain that is broken for too long.
-std::optional<Finding> WhyIsNoChain(const MotionTrack& track) {
-  if (!(track.broken_s() > kMuchUntoldShare * track.duration_s())) return std::nullopt;
-  return Finding(FindingCode::kGyroscopeGaps,
-                 Format("the gyroscope has no usable data for %.1f s of ", track.untold_s()) +
-                     Format("%.1f s (gaps, saturation or repeated readings): what moved "
-                            "meanwhile is not known",
-                            track.duration_s()))
-      .As(Severity::kRefusal)
-      .About(Triad::kGyroscope)
-      .With("duration", track.untold_s(), "s");
 }
 
 }  // namespace
@@ -294,9 +278,6 @@ Status CalibrateMotion(const PoseSet& poses,
     return Error(ErrorCode::kNothingToEstimate,
                  "every parameter is fixed by `fixed:`; nothing is left to estimate")
         .About("sensors");
-  }
-  if (auto broken = WhyIsNoChain(track); broken && Acts(Mechanism::kMuchUntold)) {
-    return refuse(*std::move(broken));
   }
   Settle(options, settling_s, &track, &run);
   if (run.noise.correlation[Triad::kAccelerometer] > 1.0 && Acts(Mechanism::kCarriedForce)) {

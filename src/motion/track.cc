@@ -6,16 +6,12 @@
 #include <string>
 
 #include "data/readings_at.h"
-#include "data/repeats.h"
 #include "data/time_stamps.h"
 #include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {
 namespace {
-
-// A longer step leads from one piece of a recording to the next: it counts as this long only.
-constexpr double kLongestBreakS = 1.0;
 
 // Zero where no two times differ.
 double UsualSpacingS(std::span<const std::int64_t> time_ns) {
@@ -99,35 +95,17 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
   for (const TimeRange& range : poses.excluded) {
     excluded.push_back({seconds(range.start_ns), seconds(range.end_ns)});
   }
-  track.FindUntoldSteps(*poses.Find(Triad::kGyroscope), excluded);
+  track.FindUntoldSteps(excluded);
   for (const RecordingJoint& joint : poses.joints) track.BreakBefore(seconds(joint.time_ns));
   return track;
 }
 
-void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
-                                  const std::vector<Span>& excluded) {
+void MotionTrack::FindUntoldSteps(const std::vector<Span>& excluded) {
   const std::size_t steps = time_s_.size() - 1;
   is_untold_.assign(steps, false);
   const double bridged_s = std::max(kBridgedS, kGapSpacings * spacing_s_[Triad::kGyroscope]);
   for (std::size_t i = 0; i < steps; ++i) {
     is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s && Acts(Mechanism::kMotionGaps);
-  }
-  const auto mark = [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin > 0 ? begin - 1 : 0; i < std::min(end, steps); ++i) {
-      is_untold_[i] = true;
-    }
-  };
-  // Samples that a sensor only repeats (held_samples.h) were left out of the track before.
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      const auto runs = RunsAtLimit(limit, gyroscope.resolution_raw[axis], axis, rate_raw_, 1.0);
-      // The limit of a range is reached several times, the largest of many rates once.
-      if (runs.size() < 2 || !Acts(Mechanism::kMotionSaturated)) continue;
-      for (const auto& [begin, end] : runs) mark(begin, end);
-    }
-  }
-  for (const auto& [begin, end] : StuckRuns(rate_raw_, gyroscope.resolution_raw, 1.0)) {
-    if (Acts(Mechanism::kMotionStuck)) mark(begin, end);
   }
   for (std::size_t i = 0; i < steps; ++i) {
     const bool is_excluded =
@@ -137,7 +115,6 @@ void MotionTrack::FindUntoldSteps(const StreamSummary& gyroscope,
     // What was left out on request is no fault of the recording.
     if (!is_untold_[i] || is_excluded) continue;
     untold_s_ += time_s_[i + 1] - time_s_[i];
-    broken_s_ += std::min(time_s_[i + 1] - time_s_[i], kLongestBreakS);
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
 }

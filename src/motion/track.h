@@ -76,12 +76,10 @@ class MotionTrack {
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
   // Without the time between two pieces of recordings.
-  double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_ + broken_s_; }
+  double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_; }
   // Total time without usable gyroscope data, s, and the number of such intervals.
   double untold_s() const { return untold_s_; }
   int untold() const { return untold_; }
-  // Likewise, but the time between two pieces of recordings does not count.
-  double broken_s() const { return broken_s_; }
 
  private:
   struct Vectors {
@@ -93,7 +91,7 @@ class MotionTrack {
   struct Span {
     double from_s = 0.0, to_s = 0.0;
   };
-  void FindUntoldSteps(const StreamSummary& gyroscope, const std::vector<Span>& excluded);
+  void FindUntoldSteps(const std::vector<Span>& excluded);
   // Breaks the chain before the first reading at `time_s` or later; no data is missing there.
   void BreakBefore(double time_s);
 
@@ -102,7 +100,7 @@ class MotionTrack {
   std::vector<bool> is_untold_;  // the step from this reading to the next
   PerTriad<Vectors> vectors_;
   PerTriad<double> spacing_s_{}, ahead_s_{};
-  double untold_s_ = 0.0, broken_s_ = 0.0;
+  double untold_s_ = 0.0;
   int untold_ = 0;
 };
 

@@ -25,16 +25,14 @@
 namespace truetriad {
 namespace {
 
-// In this order: a change in the middle of the run may look like any other fault; turns with large
-// errors determine nothing; along an undetermined direction the optimiser does not converge.
-constexpr std::array<Check, 13> kUsability = {&CheckFinite,
+// In this order: a change in the middle of the run may look like any other fault; along an
+// undetermined direction the optimiser does not converge.
+constexpr std::array<Check, 11> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
-                                              &CheckExplained,
                                               &CheckFaultsAllow,
                                               &CheckTemperatureModelled,
                                               &CheckOutliers,
-                                              &CheckTurnsTold,
                                               &CheckDetermined,
                                               &CheckConverged,
                                               &CheckGains,

@@ -54,7 +54,6 @@ using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
-Findings CheckExplained(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved);
 Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved);  // faults.cc
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
@@ -62,7 +61,6 @@ Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved);  // sensors.cc
 Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);      // mounting.cc
-Findings CheckTurnsTold(const SettledRun& run, const SolvedRun& solved);     // turn_units.cc
 Findings CheckGains(const SettledRun& run, const SolvedRun& solved);         // units.cc
 
 // Remarks for the reader of a usable result; none of these refuses.

@@ -11,12 +11,6 @@
 namespace truetriad {
 namespace {
 
-// A fit with a larger RMS residual, as a share of the field, does not explain the data.
-constexpr double kExplainedShare = 0.1;
-// The same for motion, where a hand adds its own accelerations.
-constexpr double kExplainedInMotion = 0.5;
-// Noise is then stated 30 times too small (the square root), so that no σ from it can be trusted.
-constexpr double kMostReducedChi2 = 1e3;
 // Limits of the step that is left, in χ² and as a share of typical sizes: both must be exceeded,
 // since noiseless data have σ near zero.
 constexpr double kShortChi2 = 0.01;
@@ -100,39 +94,6 @@ Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
            "every residual is needed to determine the parameters, so the noise cannot be estimated",
            "add poses, or state the noise, as by " +
                SensorLine(Triad::kAccelerometer, "noise: { sigma: [x, y, z] }")}};
-}
-
-Findings CheckExplained(const SettledRun& run, const SolvedRun& solved) {
-  const Quality& quality = solved.stated.quality;
-  if (quality.reduced_chi2 > kMostReducedChi2) {
-    const double times = std::sqrt(quality.reduced_chi2);
-    return {Finding(FindingCode::kUnexplainedReadings,
-                    Format("after the fit the readings scatter by %.0f times the noise that is "
-                           "stated",
-                           times),
-                    "state the noise that there is, let what is more be estimated, as by " +
-                        SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
-                        ", or look for what the experiment leaves out")
-                .With("times", times)};
-  }
-  const bool is_of_motion = run.of_motion != nullptr;
-  // At rest a gyroscope measures no field.
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!quality.residual_rms[triad]) continue;
-    const double share =
-        *quality.residual_rms[triad] / WorldVector(triad, run.graph.reference()).norm();
-    if (share <= (is_of_motion ? kExplainedInMotion : kExplainedShare)) continue;
-    return {Finding(FindingCode::kUnexplainedReadings,
-                    std::string(TriadName(triad)) +
-                        Format(": after the fit the readings still scatter by %.0f %% of the "
-                               "field; ",
-                               100.0 * share) +
-                        (is_of_motion ? "this is no unit turned in one constant field"
-                                      : "these are not rests in one constant field"))
-                .About(triad)
-                .With("share", share)};
-  }
-  return {};
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {

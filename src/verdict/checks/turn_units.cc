@@ -35,8 +35,6 @@ constexpr double kTurnedRad = 0.35;
 constexpr double kExplainedRad = 0.3;
 // The stated unit's error over that of the factor.
 constexpr double kBetterBy = 3.0;
-// A larger scatter of turns, rad, is that of turns that wrap around, and determines nothing.
-constexpr double kMostTurnScatterRad = 0.3;
 // For a unit that never rests: the accelerometer's mean is over ± this time, 0.05 s.
 constexpr double kMeanNs = 5e7;
 constexpr std::array<double, 4> kPiecesS = {0.25, 0.5, 1.0, 2.0};
@@ -226,18 +224,6 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
                        "takes them as they are")
       .About(Triad::kGyroscope)
       .With("factor", best.factor);
-}
-
-Findings CheckTurnsTold(const SettledRun& run, const SolvedRun&) {
-  const double scatter = std::sqrt(run.noise.excess[NoiseComponent::kTurn]);
-  if (!run.options.triads[Triad::kGyroscope].enabled || !(scatter > kMostTurnScatterRad)) return {};
-  return {Finding(FindingCode::kTurnsUnexplained,
-                  Format("the turns that the gyroscope counted miss those of the other sensors by "
-                         "%.0f deg: they say nothing of it",
-                         scatter * kDegPerRad),
-                  "check the gyroscope's unit, axes and clock")
-              .About(Triad::kGyroscope)
-              .With("scatter", scatter, "rad")};
 }
 
 }  // namespace truetriad
