@@ -6,6 +6,7 @@
 #include <string>
 
 #include "data/readings_at.h"
+#include "data/repeats.h"
 #include "data/time_stamps.h"
 #include "model/mechanisms.h"
 #include "truetriad/math/rotation.h"
