@@ -71,15 +71,17 @@ bool ReadAs(Date, YamlReader reader, std::string* date) {
 }
 std::string TextOf(Date, const std::string& date) { return TextOf(kFile, date); }
 
-/// `+y+x-z`, or `any`.
+/// `+y+x-z`, `ROTATION_YAW_90`, or `any`.
 struct Axes {};
 bool ReadAs(Axes, YamlReader reader, StatedMounting* stated) {
   std::string name;
   if (!reader.Read(&name)) return false;
   stated->map = AxisMapFromName(name);
   if (stated->map || name == "any") return true;
-  reader.Fail("expected the body axes of sensing x, y, z, such as +y+x-z, or any, but `" + name +
-              "` is neither");
+  reader.Fail(
+      "expected the body axes of sensing x, y, z, such as +y+x-z, a rotation by multiples of 90 "
+      "degrees, such as ROTATION_YAW_90, or any, but `" +
+      name + "` is none of them");
   return false;
 }
 std::string TextOf(Axes, const StatedMounting& stated) {

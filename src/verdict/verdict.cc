@@ -27,9 +27,10 @@ namespace {
 
 // In this order: a change in the middle of the run may look like any other fault; along an
 // undetermined direction the optimiser does not converge.
-constexpr std::array<Check, 11> kUsability = {&CheckFinite,
+constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
+                                              &CheckExplained,
                                               &CheckFaultsAllow,
                                               &CheckTemperatureModelled,
                                               &CheckOutliers,

@@ -32,5 +32,29 @@ TEST(AxisMaps, AreNamedByTheBodyAxisOfEachSensingAxis) {
   }
 }
 
+// Rz(yaw) Ry(pitch) Rx(roll) from sensor to body axes: by a yaw of 90 deg sensing x is along body
+// y.
+TEST(AxisMaps, HaveTheNamesOfMavlinksRotations) {
+  const std::pair<const char*, const char*> same[] = {{"ROTATION_NONE", "+x+y+z"},
+                                                      {"ROTATION_YAW_90", "+y-x+z"},
+                                                      {"ROTATION_YAW_180", "-x-y+z"},
+                                                      {"ROTATION_ROLL_180", "+x-y-z"},
+                                                      {"ROTATION_ROLL_180_YAW_90", "+y+x-z"},
+                                                      {"ROTATION_PITCH_270", "+z+y-x"},
+                                                      {"ROTATION_ROLL_90_PITCH_180", "-x-z-y"}};
+  for (const auto& [rotation, axes] : same) {
+    ASSERT_TRUE(AxisMapFromName(rotation)) << rotation;
+    EXPECT_EQ(AxisMapName(*AxisMapFromName(rotation)), axes) << rotation;
+  }
+  for (const char* none : {"ROTATION_",
+                           "ROTATION_YAW_45",
+                           "ROTATION_YAW",
+                           "ROTATION_YAW_90_ROLL_90",
+                           "ROTATION_CUSTOM",
+                           "ROTATION_YAW_900"}) {
+    EXPECT_FALSE(AxisMapFromName(none)) << none;
+  }
+}
+
 }  // namespace mounting_test
 }  // namespace truetriad

@@ -54,6 +54,7 @@ using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
+Findings CheckExplained(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved);
 Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved);  // faults.cc
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);

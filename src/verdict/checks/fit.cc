@@ -11,6 +11,8 @@
 namespace truetriad {
 namespace {
 
+// Noise is then stated 30 times too small (the square root), so that no σ from it can be trusted.
+constexpr double kMostReducedChi2 = 1e3;
 // Limits of the step that is left, in χ² and as a share of typical sizes: both must be exceeded,
 // since noiseless data have σ near zero.
 constexpr double kShortChi2 = 0.01;
@@ -94,6 +96,20 @@ Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
            "every residual is needed to determine the parameters, so the noise cannot be estimated",
            "add poses, or state the noise, as by " +
                SensorLine(Triad::kAccelerometer, "noise: { sigma: [x, y, z] }")}};
+}
+
+Findings CheckExplained(const SettledRun&, const SolvedRun& solved) {
+  const double reduced_chi2 = solved.stated.quality.reduced_chi2;
+  if (!(reduced_chi2 > kMostReducedChi2)) return {};
+  const double times = std::sqrt(reduced_chi2);
+  return {Finding(FindingCode::kUnexplainedReadings,
+                  Format("after the fit the readings scatter by %.0f times the noise that is "
+                         "stated",
+                         times),
+                  "state the noise that there is, let what is more be estimated, as by " +
+                      SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
+                      ", or look for what the experiment leaves out")
+              .With("times", times)};
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
