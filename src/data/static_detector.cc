@@ -8,7 +8,6 @@
 
 #include <glog/logging.h>
 
-#include "math/distributions.h"
 #include "model/mechanisms.h"
 
 namespace truetriad {
@@ -150,7 +149,7 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
       }
     }
   }
-  // After the cuts, since the slow start of a turn about the vertical is not part of a rest.
+  // The cuts may have left too little.
   std::erase_if(rests, [&](const Rest& rest) { return !IsLongEnough(rest); });
   return rests;
 }

@@ -91,7 +91,7 @@ class StaticDetector {
   std::vector<DetectorTriad> triads_;
   std::vector<DetectorTriad> all_;  // With the witnesses.
   double window_s_;
-  PerTriad<double> range_raw_;  // Range of the window means, which turning the unit makes.
+  PerTriad<double> range_raw_;   // Range of the window means, which turning the unit makes.
   std::vector<float> activity_;  // Infinity where not usable.
 };
 

@@ -101,7 +101,10 @@ void TakenModel::SettleExcess(int steps) {
 // False if the readings are corrected by the same already.
 bool TakenModel::CorrectReadings() {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
-  if (added_.size() > 0) off = added_.Z * added_.at;
+  // Column by column without those of h = 0, which then change no bit of it.
+  for (Eigen::Index j = 0; j < added_.size(); ++j) {
+    if (added_.at[j] != 0.0) off += added_.at[j] * added_.Z.col(j);
+  }
   if (off.size() == corrected_by_.size() && off == corrected_by_) return false;
   Eigen::Index row = 0;
   std::size_t reading = 0;
@@ -125,7 +128,7 @@ bool TakenModel::CorrectReadings() {
 void TakenModel::Relinearise() {
   added_.at = system_.h();
   CorrectReadings();
-  static_cast<ReducedSystem&>(system_).Linearise(*graph_);
+  system_.ReducedSystem::Linearise(*graph_);
   system_.TakeStep(system_.step(), graph_);
   for (std::size_t i = 0; i < graph_->increments.size(); ++i) {
     IncrementEdge& edge = graph_->increments[i];
@@ -133,8 +136,12 @@ void TakenModel::Relinearise() {
     rotations_[i] = edge.increment.rotation;
   }
   graph_->integrated_at = graph_->shared;
-  corrected_by_.resize(0);
   ApplyExcess(noise_->excess, graph_);
+  // Turns were integrated anew, so that they have to be corrected; then SetColumns has to
+  // linearise.
+  corrected_by_.resize(0);
+  CorrectReadings();
+  corrected_by_.resize(0);
 }
 
 void TakenModel::StateEstimate() {

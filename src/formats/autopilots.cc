@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"

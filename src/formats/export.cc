@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "base/utf8.h"
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/parameter_pattern.h"
 #include "formats/restate.h"

@@ -10,7 +10,7 @@
 
 #include "base/spelling.h"
 #include "calibrate/reading_units.h"
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "formats/text.h"

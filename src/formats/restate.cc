@@ -9,7 +9,7 @@
 #include <Eigen/LU>
 
 #include "calibrate/reading_units.h"
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"
 #include "math/dense/eigenvalues.h"

@@ -5,37 +5,33 @@
 #include <array>
 #include <cmath>
 
+#include "model/board_rotation.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {
 
-// The map of MAVLink's MAV_SENSOR_ROTATION: "ROTATION_ROLL_180_YAW_90" is the rotation Rz(90 deg)
-// Ry(0) Rx(180 deg) from sensor to body axes. Angles must be multiples of 90 deg.
-std::optional<Eigen::Matrix3d> MapOfRotation(std::string_view name) {
-  if (name == "NONE") return Eigen::Matrix3d::Identity();
-  constexpr std::array<std::string_view, 3> kAxes = {"ROLL_", "PITCH_", "YAW_"};
-  Eigen::Matrix3d sensor_from_body = Eigen::Matrix3d::Identity();
-  bool is_rotation = false;
-  for (Eigen::Index axis = 0; axis < 3; ++axis) {
-    const std::string_view label = kAxes[static_cast<std::size_t>(axis)];
-    if (!name.starts_with(label)) continue;
-    name.remove_prefix(label.size());
-    constexpr std::array<std::string_view, 3> kQuarters = {"90", "180", "270"};
-    const auto angle = std::find_if(kQuarters.begin(), kQuarters.end(), [name](const auto& one) {
-      return name.substr(0, name.find('_')) == one;
-    });
-    if (angle == kQuarters.end()) return std::nullopt;
-    Eigen::Matrix3d quarter = Eigen::Matrix3d::Zero();  // from body axes
-    const Eigen::Index next = (axis + 1) % 3, last = (axis + 2) % 3;
-    quarter(axis, axis) = quarter(next, last) = 1.0;
-    quarter(last, next) = -1.0;
-    for (auto turn = kQuarters.begin(); turn <= angle; ++turn) sensor_from_body *= quarter;
-    name.remove_prefix(std::min(name.size(), angle->size() + 1));
-    is_rotation = true;
+// "ROLL_180_YAW_90" of these angles, or "NONE".
+std::string NameOfRotation(const std::array<double, 3>& turn_deg) {
+  constexpr std::array<const char*, 3> kAxes = {"ROLL_", "PITCH_", "YAW_"};
+  std::string name;
+  for (std::size_t axis = 0; axis < kAxes.size(); ++axis) {
+    if (turn_deg[axis] == 0.0) continue;
+    if (!name.empty()) name += '_';
+    name += kAxes[axis] + std::to_string(std::lround(turn_deg[axis]));
   }
-  if (!is_rotation || !name.empty()) return std::nullopt;
-  return sensor_from_body;
+  return name.empty() ? "NONE" : name;
+}
+
+// The map of an autopilot's rotation by this name: sensing axes follow from those of the body by
+// the transpose. Unset where the rotation is by other than quarter turns.
+std::optional<Eigen::Matrix3d> MapOfRotation(std::string_view name) {
+  for (const std::array<double, 3>& turn_deg : kBoardRotations) {
+    if (NameOfRotation(turn_deg) != name) continue;
+    const Eigen::Matrix3d map = TurnOf(Eigen::Vector3d(turn_deg.data())).transpose();
+    if (map == NearestAxisMap(map)) return map;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -52,8 +48,9 @@ std::string AxisMapName(const Eigen::Matrix3d& map) {
 }
 
 std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name) {
-  constexpr std::string_view kRotation = "ROTATION_";
-  if (name.starts_with(kRotation)) return MapOfRotation(name.substr(kRotation.size()));
+  for (const std::string_view prefix : {"ROTATION_", "MAV_SENSOR_ROTATION_"}) {
+    if (name.starts_with(prefix)) return MapOfRotation(name.substr(prefix.size()));
+  }
   for (const Eigen::Matrix3d& map : AllAxisMaps()) {
     if (AxisMapName(map) == name) return map;
   }

@@ -50,7 +50,7 @@ class MotionTrack {
   static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
   // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
-  // at all). Turns that it did not measure (a gap, saturation, repeated readings) break the chain.
+  // at all). Turns that it did not measure (a gap) break the chain.
   std::vector<Moment> Gather(double spacing_s, const GyroModel* gyroscope) const;
 
   // The gyroscope's readings from `node` to the one after it.
@@ -75,9 +75,9 @@ class MotionTrack {
   double TimeOf(const Moment& node) const { return time_s_[node.reading]; }
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
-  // Without the time between two pieces of recordings.
+  // Without the gaps of the gyroscope.
   double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_; }
-  // Total time without usable gyroscope data, s, and the number of such intervals.
+  // Total time without gyroscope data, s, and the number of such intervals.
   double untold_s() const { return untold_s_; }
   int untold() const { return untold_; }
 

@@ -54,8 +54,7 @@ TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
   EXPECT_THAT(compare.out, StartsWith("AGREE"));
 }
 
-// What cannot be used at the start is cut off, and clocks that are corrected then move readings
-// over that edge.
+// The first turns are outliers then.
 TEST_F(TumbledByHand, MayBeginWithAStuckGyroscope) {
   for (const int stuck : {10, 30, 60}) {
     std::istringstream lines(TemporaryFolder::Read(folder_.Path("tumble/gyroscope.csv")));

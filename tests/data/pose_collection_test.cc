@@ -275,22 +275,6 @@ TEST(StaticDetection, TakesNoiseAndSpikesForNoMotion) {
   }
 }
 
-TEST(StaticDetection, TakesAStepOfTheGyroscopesBiasForNoTurn) {
-  SyntheticRecording recording;
-  std::size_t before = 0;
-  for (int i = 0; i < 15; ++i) {
-    recording.Rest(4.0), recording.Handle();
-    if (i == 4) before = recording.gyro.x.size();
-  }
-  // The accelerometer would have seen 4 s at this rate.
-  for (std::size_t i = 0; i < before; ++i) recording.gyro.x[i] += 0.1;
-  recording.accel.info.unit = {"m/s^2", 1.0, false};
-  recording.gyro.info.unit = {"rad/s", 1.0, false};
-  const Result<PoseSet> set = Collect({recording.accel, recording.gyro});
-  ASSERT_TRUE(set) << set.error().message;
-  EXPECT_EQ(set->poses.size(), 15u);
-}
-
 TEST(StaticDetection, CutsSettlingTime) {
   SyntheticRecording recording;
   for (int i = 0; i < 6; ++i) {

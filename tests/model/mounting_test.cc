@@ -2,6 +2,7 @@
 #include "truetriad/model/mounting.h"
 
 #include <set>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -40,7 +41,7 @@ TEST(AxisMaps, HaveTheNamesOfMavlinksRotations) {
                                                       {"ROTATION_YAW_180", "-x-y+z"},
                                                       {"ROTATION_ROLL_180", "+x-y-z"},
                                                       {"ROTATION_ROLL_180_YAW_90", "+y+x-z"},
-                                                      {"ROTATION_PITCH_270", "+z+y-x"},
+                                                      {"MAV_SENSOR_ROTATION_PITCH_270", "+z+y-x"},
                                                       {"ROTATION_ROLL_90_PITCH_180", "-x-z-y"}};
   for (const auto& [rotation, axes] : same) {
     ASSERT_TRUE(AxisMapFromName(rotation)) << rotation;
@@ -51,7 +52,8 @@ TEST(AxisMaps, HaveTheNamesOfMavlinksRotations) {
                            "ROTATION_YAW",
                            "ROTATION_YAW_90_ROLL_90",
                            "ROTATION_CUSTOM",
-                           "ROTATION_YAW_900"}) {
+                           "ROTATION_YAW_900",
+                           "ROTATION_YAW_90_"}) {
     EXPECT_FALSE(AxisMapFromName(none)) << none;
   }
 }

@@ -24,7 +24,7 @@
 #include <unistd.h>
 
 #include "base/companion.h"
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
 #include "tools/truetriad/interruption.h"

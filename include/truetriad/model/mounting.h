@@ -13,7 +13,7 @@ namespace truetriad {
 /// The mounting of a triad: a signed permutation of axes whose row i is the body axis along which
 /// sensing axis i points, so that sensitivity = gains * map apart from misalignment. Its text
 /// "+y+x-z" means: sensing x along body +y, y along +x, z along -z. Names of MAVLink's
-/// MAV_SENSOR_ROTATION by multiples of 90 deg, such as "ROTATION_ROLL_180_YAW_90", are read too.
+/// MAV_SENSOR_ORIENTATION by quarter turns, such as "ROTATION_ROLL_180_YAW_90", are read, too.
 std::string AxisMapName(const Eigen::Matrix3d& map);
 std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name);
 

@@ -4,7 +4,6 @@
 
 #include "base/messages.h"
 #include "base/sensor_line.h"
-#include "problem/start_values.h"
 #include "verdict/checks/check.h"
 #include "verdict/observability.h"
 

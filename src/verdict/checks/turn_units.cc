@@ -18,7 +18,6 @@
 #include "problem/moves.h"
 #include "problem/start_values.h"
 #include "truetriad/base/units.h"
-#include "verdict/checks/check.h"
 #include "verdict/checks/units.h"
 
 namespace truetriad {
