@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "formats/board_rotation.h"
+#include "model/board_rotation.h"
 #include "formats/parameter_pattern.h"
 #include "io/yaml_text.h"
 
