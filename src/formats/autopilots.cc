@@ -6,10 +6,10 @@
 #include <map>
 #include <sstream>
 
-#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"
+#include "model/board_rotation.h"
 
 // PX4 parameters as QGroundControl loads them, and ArduPilot parameters. Both correct in float32
 // before the board's rotation, except the compass of ArduPilot, which is corrected after it:

@@ -9,11 +9,11 @@
 #include <sstream>
 
 #include "base/utf8.h"
-#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/parameter_pattern.h"
 #include "formats/restate.h"
 #include "formats/text.h"
+#include "model/board_rotation.h"
 #include "report/content.h"
 #include "truetriad/io/calibration_file.h"
 

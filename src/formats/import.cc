@@ -10,12 +10,12 @@
 
 #include "base/spelling.h"
 #include "calibrate/reading_units.h"
-#include "model/board_rotation.h"
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "formats/text.h"
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
+#include "model/board_rotation.h"
 #include "problem/parameter_name.h"
 #include "truetriad/base/units.h"
 #include "truetriad/io/calibration_file.h"

@@ -9,11 +9,11 @@
 #include <Eigen/LU>
 
 #include "calibrate/reading_units.h"
-#include "model/board_rotation.h"
 #include "formats/parameter_pattern.h"
 #include "formats/text.h"
 #include "math/dense/eigenvalues.h"
 #include "math/dense/qr.h"
+#include "model/board_rotation.h"
 #include "model/corrected_error.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/base/units.h"

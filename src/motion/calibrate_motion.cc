@@ -200,13 +200,12 @@ Findings RemarksOf(const CalibrateOptions& options,
     remarks.push_back(ClockCorrected(triad, ahead_s, run.clock_sigma_s[triad], Triad::kGyroscope));
   }
   if (track.untold() > 0) {
-    remarks.push_back(
-        Finding(FindingCode::kGyroscopeGaps,
-                Format("the gyroscope has no data for %.2f s in ", track.untold_s()) +
-                    Counted(track.untold(), "place") + ": the chain is broken there")
-            .About(Triad::kGyroscope)
-            .With("duration", track.untold_s(), "s")
-            .With("places", track.untold()));
+    remarks.push_back(Finding(FindingCode::kGyroscopeGaps,
+                              Format("the gyroscope has no data for %.2f s in ", track.untold_s()) +
+                                  Counted(track.untold(), "place") + ": the chain is broken there")
+                          .About(Triad::kGyroscope)
+                          .With("duration", track.untold_s(), "s")
+                          .With("places", track.untold()));
   }
   return remarks;
 }

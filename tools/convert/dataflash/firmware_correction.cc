@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "model/board_rotation.h"
 #include "formats/parameter_pattern.h"
 #include "io/yaml_text.h"
+#include "model/board_rotation.h"
 
 namespace truetriad::convert {
 namespace {
