@@ -59,7 +59,7 @@ struct EvaluatedReading {
   Eigen::Matrix3Xd by_parameters;
   bool is_clamped = false;
 
-  // By noise and parameters together.
+  // The covariance of `truth`, by the noise and by the parameters together.
   Eigen::Matrix3d Covariance(const Calibration& calibration) const;
 };
 

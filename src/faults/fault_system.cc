@@ -19,8 +19,6 @@ namespace {
 constexpr int kMostOfForm = 9;
 // With more turns, the correlation of neighbours is estimated, by the scatter of 64 turn groups.
 constexpr std::size_t kMostTurnGroups = 64;
-// 64 blocks of three rows, which stay in the cache.
-constexpr Eigen::Index kRowsAtOnce = 192;
 // Attitudes absorb the directions with a smaller share of a turn's information, 32 times its σ.
 constexpr double kSeenOfTurn = 1e-3;
 

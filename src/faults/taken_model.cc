@@ -44,11 +44,14 @@ TakenModel::TakenModel(PoseGraph* graph, NoiseState* noise)
 
 void TakenModel::SetColumns(AddedColumns added) {
   added_ = std::move(added);
-  if (CorrectReadings()) {
-    system_.Linearise(*graph_, added_);
-  } else {
+  const Eigen::VectorXd off = Correction();
+  if (is_linearised_ && off == corrected_by_) {
     system_.TakeIn(*graph_, added_);
+    return;
   }
+  CorrectReadings(off);
+  system_.Linearise(*graph_, added_);
+  is_linearised_ = true;
 }
 
 void TakenModel::SetTurnVariances(TurnVariances unit) {
@@ -97,15 +100,17 @@ void TakenModel::SettleExcess(int steps) {
   }
 }
 
-// A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
-// False if the readings have these corrections already.
-bool TakenModel::CorrectReadings() {
+// Z h. Columns with h = 0 are left out, so that they change no bit of the sum.
+Eigen::VectorXd TakenModel::Correction() const {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
-  // Leaves out columns with h = 0, so that they change no bit of the sum.
   for (Eigen::Index j = 0; j < added_.size(); ++j) {
     if (added_.at[j] != 0.0) off += added_.at[j] * added_.Z.col(j);
   }
-  if (off.size() == corrected_by_.size() && off == corrected_by_) return false;
+  return off;
+}
+
+// A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
+void TakenModel::CorrectReadings(const Eigen::VectorXd& off) {
   Eigen::Index row = 0;
   std::size_t reading = 0;
   for (PoseNode& node : graph_->nodes) {
@@ -121,13 +126,12 @@ bool TakenModel::CorrectReadings() {
     graph_->increments[i].increment.rotation = rotations_[i] * RotationExp(-turn);
     row += 3;
   }
-  corrected_by_ = std::move(off);
-  return true;
+  corrected_by_ = off;
 }
 
 void TakenModel::Relinearise() {
   added_.at = system_.h();
-  CorrectReadings();
+  CorrectReadings(Correction());
   system_.ReducedSystem::Linearise(*graph_);
   system_.TakeStep(system_.step(), graph_);
   for (std::size_t i = 0; i < graph_->increments.size(); ++i) {
@@ -137,11 +141,9 @@ void TakenModel::Relinearise() {
   }
   graph_->integrated_at = graph_->shared;
   ApplyExcess(noise_->excess, graph_);
-  // Turns were integrated anew, so that they have to be corrected; then SetColumns has to
-  // linearise.
-  corrected_by_.resize(0);
-  CorrectReadings();
-  corrected_by_.resize(0);
+  // Turns were integrated anew, so that they have to be corrected again.
+  CorrectReadings(Correction());
+  is_linearised_ = false;
 }
 
 void TakenModel::StateEstimate() {

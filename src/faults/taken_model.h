@@ -43,14 +43,16 @@ class TakenModel {
 
  private:
   void Apply(const Eigen::VectorXd& v);
-  bool CorrectReadings();
+  Eigen::VectorXd Correction() const;
+  void CorrectReadings(const Eigen::VectorXd& off);
 
   PoseGraph* graph_;
   NoiseState* noise_;
   FaultSystem system_;
   ExcessState excess_;
   AddedColumns added_;
-  Eigen::VectorXd corrected_by_;  // empty if the system has to be linearised
+  Eigen::VectorXd corrected_by_;
+  bool is_linearised_ = true;  // with the readings as they are corrected
   TurnVariances turn_unit_;
   bool is_settled_ = true;
   // Uncorrected values: of the poses' observations, and of the turns as last integrated.

@@ -106,16 +106,16 @@ void MotionTrack::FindUntoldSteps(const std::vector<Span>& excluded) {
   is_untold_.assign(steps, false);
   const double bridged_s = std::max(kBridgedS, kGapSpacings * spacing_s_[Triad::kGyroscope]);
   for (std::size_t i = 0; i < steps; ++i) {
-    is_untold_[i] = time_s_[i + 1] - time_s_[i] > bridged_s && Acts(Mechanism::kMotionGaps);
-  }
-  for (std::size_t i = 0; i < steps; ++i) {
+    const double step_s = time_s_[i + 1] - time_s_[i];
+    is_untold_[i] = step_s > bridged_s && Acts(Mechanism::kMotionGaps);
+    if (!is_untold_[i]) continue;
     const bool is_excluded =
         std::any_of(excluded.begin(), excluded.end(), [this, i](const Span& span) {
           return span.from_s < time_s_[i + 1] && time_s_[i] < span.to_s;
         });
     // What was left out on request is no fault of the recording.
-    if (!is_untold_[i] || is_excluded) continue;
-    untold_s_ += time_s_[i + 1] - time_s_[i];
+    if (is_excluded) continue;
+    untold_s_ += step_s;
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
   }
 }

@@ -26,8 +26,6 @@ constexpr double kNearOptimum = 0.3;
 // Largest factor by which a step changes a variance: without a limit, steps overshot twentyfold, up
 // and down without end.
 constexpr double kLongestStep = 20.0;
-// Rows of B that are taken at once, since they stay in the cache.
-constexpr Eigen::Index kRowsAtOnce = 192;
 
 // Rows of Z_s D J with a common variance, component by component.
 class ComponentRows {

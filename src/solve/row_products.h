@@ -49,6 +49,9 @@ void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   }
 }
 
+// Rows that are gathered for one product: 64 blocks of three, which stay in the cache.
+inline constexpr Eigen::Index kRowsAtOnce = 192;
+
 // a^T * b for matrices of equally many rows.
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 
