@@ -202,7 +202,7 @@ std::string CalibrationToYaml(const Calibration& calibration) {
 Json CalibrationTree(const Calibration& calibration) {
   TreeWriter root(Json::object());
   CalibrationFields(root, calibration);
-  Json tree = AsInYaml(root.Take(), kDigits);
+  Json tree = AsInYaml(root.Take());
   const std::string& config = calibration.config_yaml;
   tree["config"] = config.empty() ? Json::object() : TreeOfYaml(config);
   return tree;

@@ -11,8 +11,8 @@ namespace truetriad {
 /// The content of calibration.yaml as that of calibration.json.
 Json CalibrationTree(const Calibration& calibration);
 
-/// `tree` with numbers as a YamlText of `digits` digits writes them: whole ones without a point.
-Json AsInYaml(Json tree, int digits = 0);
+/// `tree` with whole numbers without a point, and null for those that are not finite.
+Json AsInYaml(Json tree);
 
 /// A YAML text as JSON; numbers that are not finite become null. A text that is not YAML by itself,
 /// or repeats aliases beyond its own length, stays a text.
