@@ -46,13 +46,15 @@
 
   const draw = (place, data) => {
     const most = Math.max(1.45, 1.05 * data.reach);
+    // The height is what the camera sees; where the page is narrower, it stands further off.
+    const far = Math.max(1, place.offsetHeight / (place.offsetWidth || 1));
     const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 },
       font: { color: colour('ink'), size: 12 },
       paper_bgcolor: 'rgba(0,0,0,0)',
       legend: { x: 0, y: 1, bgcolor: 'rgba(0,0,0,0)' },
-      scene: { aspectmode: 'cube', xaxis: axis, yaxis: axis, zaxis: axis, camera: { eye: { x: 0.95, y: 0.82, z: 0.58 } } },
+      scene: { aspectmode: 'cube', xaxis: axis, yaxis: axis, zaxis: axis, camera: { eye: { x: 0.95 * far, y: 0.82 * far, z: 0.58 * far } } },
       uirevision: 'kept',
     };
     const traces = [circles(), axes(), joined(data), readings(data, 'raw', 2, 'diamond'), readings(data, 'corrected', 6, 'circle')];
