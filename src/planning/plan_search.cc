@@ -31,6 +31,8 @@ constexpr int kSparingStarts = 3;
 constexpr double kAnything = 10.0;
 // 1 deg: no operator turns a unit more finely by hand.
 constexpr double kFinestTurnRad = kRadPerDeg;
+// So many candidates' rows, about 200 of 60 unknowns, stay in the cache.
+constexpr std::size_t kAtOnce = 24;
 // A guard: sweeps end by kLeastGain or kLeastRefinement.
 constexpr int kMostSweeps = 10;
 // An exchange must gain more than the pose it replaces by this share: less is rounding, and sweeps
@@ -72,21 +74,25 @@ class Vacancy {
   Choice Best(const std::vector<InformationRows>& candidates) const {
     using Small =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
-    Eigen::Index count = 0, at = 0;
-    for (const InformationRows& rows : candidates) count += rows.rows();
-    // One product serves all candidates.
-    StackedRows stacked(count, covariance_.cols());
-    for (const InformationRows& rows : candidates) {
-      stacked.middleRows(at, rows.rows()) = rows;
-      at += rows.rows();
-    }
-    const Eigen::MatrixXd by_covariance = stacked * covariance_;
-    Eigen::MatrixXd by_weighted;
-    if (weighted_.size() > 0) by_weighted = stacked * weighted_;
-    at = 0;
     Choice best;
+    StackedRows stacked, by_covariance, by_weighted;
+    Eigen::Index at = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const InformationRows& rows = candidates[c];
+      if (c % kAtOnce == 0) {
+        // One product serves several candidates.
+        const std::size_t end = std::min(c + kAtOnce, candidates.size());
+        Eigen::Index count = 0;
+        for (std::size_t k = c; k < end; ++k) count += candidates[k].rows();
+        stacked.resize(count, covariance_.cols());
+        at = 0;
+        for (std::size_t k = c; k < end; at += candidates[k++].rows()) {
+          stacked.middleRows(at, candidates[k].rows()) = candidates[k];
+        }
+        by_covariance.noalias() = stacked * covariance_;
+        if (weighted_.size() > 0) by_weighted.noalias() = stacked * weighted_;
+        at = 0;
+      }
       Small sum = by_covariance.middleRows(at, rows.rows()) * rows.transpose();
       sum.diagonal().array() += 1.0;
       const Eigen::LLT<Small> factor(sum);
