@@ -25,12 +25,12 @@ struct Unmodelled {
   Eigen::MatrixXd Covariance() const;
 };
 
-// Includes faults in graph and noise, which then have them. `covariance`: of the graph.
+// Includes faults in graph, noise and the graph's system, which then have them.
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
-                           const Eigen::MatrixXd& covariance,
                            std::vector<Triad>* stated_bends,
                            PoseGraph* graph,
-                           NoiseState* noise);
+                           NoiseState* noise,
+                           ReducedSystem* system);
 
 // All but faults, in a graph without them. `sigma_raw`: of one reading; `settings`: of the graph.
 void FindBeyondFaults(const PoseSet& poses,

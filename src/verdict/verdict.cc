@@ -246,9 +246,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const OffOptimum off = FurthestOff(state, graph, system);
   Unmodelled unmodelled;
   if (CanBeTested(settled, system)) {
-    unmodelled.faults =
-        TakeFaultsIn(options, system.covariance(), &unmodelled.stated_bends, &graph, &state);
-    system.Linearise(graph);
+    unmodelled.faults = TakeFaultsIn(options, &unmodelled.stated_bends, &graph, &state, &system);
   } else {
     unmodelled.faults.beyond = Eigen::MatrixXd::Zero(system.size(), system.size());
   }
