@@ -45,7 +45,7 @@ constexpr auto kErrors = std::to_array<ErrorInfo>({
           "leave one out"),
     Usage(kUnknownName,
           "unknown-name",
-          "No format, limit or topic has this name",
+          "A name is unknown: of a format, a limit, a topic",
           "take one of those that the message lists"),
     Usage(kInvalidExperiment,
           "invalid-experiment",

@@ -60,7 +60,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     Note(kExcluded, "excluded", "Readings or poses are left out as the experiment asks"),
     Note(kEvenTimes,
          "even-times",
-         "Time stamps jitter; evenly spaced times replace them",
+         "Time stamps deviate from even spacing; evenly spaced times replace them",
          "state `time: as_stamped` if readings were taken when they are stamped"),
     Warning(kUnevenTimes,
             "uneven-times",

@@ -304,7 +304,7 @@ void OptionsCheck::Limits() {
   }
   Require("limits",
           is_any_there,
-          "limits: none of them is of what is calibrated; state limits of these sensors");
+          "limits: none is of a calibrated sensor; state limits of calibrated ones");
 }
 
 void OptionsCheck::Rest() {

@@ -117,7 +117,7 @@ Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibrati
   if (!limits) return limits.error();
   if (limits->empty() && !options.limits.limits.empty()) {
     return Error(ErrorCode::kInvalidExperiment,
-                 "limits: none of them is of what was calibrated; state limits of these sensors")
+                 "limits: none is of a calibrated sensor; state limits of calibrated ones")
         .About("limits");
   }
   calibration->quality.limits = std::move(*limits);

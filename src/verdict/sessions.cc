@@ -121,7 +121,7 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved) {
                 std::string(TriadName(scatter.triad)) + ": each of " +
                     std::to_string(scatter.sessions) +
                     " sessions has a bias of its own, and the stated one is their mean, with the σ "
-                    "of that mean; when the unit is switched on again, it is off by " +
+                    "of that mean; after the next switch-on the bias differs from it by " +
                     Format("%.2g ", most) + unit + " (1 σ, worst axis)")
             .About(scatter.triad)
             .With("sessions", scatter.sessions)

@@ -437,7 +437,7 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
               HasSubstr("no magnetometer is calibrated"));
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +
                       "limits: { gyroscope.bias: { upper: 1, if_present: true } }\n"),
-              HasSubstr("none of them is of what is calibrated"));
+              HasSubstr("none is of a calibrated sensor"));
   EXPECT_TRUE(
       LoadWell(std::string(kMinimal) + "initialise: { only: true }\n").options.initialise.only);
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +

@@ -366,7 +366,7 @@ Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
     const double effect_sigmas = solved.unmodelled.clock_sigmas[k];
     findings.push_back(Finding(FindingCode::kClockOffset,
                                OffsetWords(offset.triad, offset.later_s, offset.sigma_s) +
-                                   ", as the moves between the rests show; not corrected, which "
+                                   " by the moves between the rests; not corrected, which "
                                    "shifts parameters by up to " +
                                    Format("%.2g σ; σ allow for it", effect_sigmas))
                            .About(offset.triad)

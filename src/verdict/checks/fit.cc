@@ -70,7 +70,7 @@ Findings CheckFinite(const TriadOptions& gyroscope,
   for (const AxisTermInfo& info : kAxisTerms) {
     if (gyroscope.axis_terms[info.term] != Wanted::kYes) continue;
     remedy = WithArticle(info.words) +
-             " that the turns hardly show does so: leave it out, or set `" +
+             " that the turns hardly determine causes this: leave it out, or set `" +
              std::string(info.name) + ": auto`";
   }
   return {{FindingCode::kNonFinite, "the solution became non-finite", remedy}};
@@ -140,9 +140,9 @@ Findings CheckStillDetermined(const PoseGraph& graph,
   const LeastKnown least = LeastKnownOf(graph, covariance);
   if (!(least.share > limit)) return {};
   Finding finding(FindingCode::kPoorlyKnown,
-                  "with all that the other findings name, " + least.name +
-                      Format(" is known to %.0f %% only", 100.0 * least.share),
-                  "set right what they name first");
+                  "with the errors that other findings name, " + least.name +
+                      Format(" is uncertain by %.0f %%", 100.0 * least.share),
+                  "resolve those findings first");
   finding.With("share", least.share);
   if (least.share > kWorthless * limit) finding.As(Severity::kRefusal);
   return {finding};

@@ -60,13 +60,13 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
   const double median_rad = Median(std::move(missed_rad));
   if (!(median_rad > kMostMissedRad)) return std::nullopt;
   return Finding(FindingCode::kHeldGyroscope,
-                 "gyroscope: with what `fixed:` holds of it, predicted " +
+                 "gyroscope: with the parameters held by `fixed:`, predicted " +
                      std::string(options.TurnsAgainstField() ? "field" : "gravity") +
-                     " at the next rest is off by " +
+                     " at the next rest has an error of " +
                      Format("%.0f deg (median of ", kDegPerRad * median_rad) +
                      std::to_string(count) +
-                     " turns): it is not this unit's, not in the log's unit, or of other axes",
-                 "correct it, or let it be estimated")
+                     " turns): they are of another device or other axes, or not in the log's unit",
+                 "correct them, or have them estimated")
       .As(Severity::kRefusal)
       .About(Triad::kGyroscope)
       .With("error", median_rad, "rad")
@@ -81,8 +81,8 @@ Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   if (!(excess_rad > kOddScatterRad)) return {};
   return {Finding(FindingCode::kHeldGyroscope,
                   Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * excess_rad) +
-                      " about what `fixed:` holds of it, far more than their noise",
-                  "let it be estimated")
+                      " about the parameters held by `fixed:`, far more than their noise",
+                  "have them estimated")
               .About(Triad::kGyroscope)
               .With("scatter", excess_rad, "rad")};
 }
