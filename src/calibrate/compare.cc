@@ -69,7 +69,7 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
     return Error(
         ErrorCode::kDamagedFile,
-        "a covariance lists parameters that its calibration does not hold; the file was changed "
+        "a covariance lists parameters that its calibration does not hold; the file was edited "
         "by hand");
   }
   for (const Triad triad : kTriads) {
@@ -78,10 +78,10 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
     const auto& thermal_b = b.sensors[triad]->thermal;
     if (thermal_a && thermal_b && thermal_a->reference_degc != thermal_b->reference_degc) {
       return Error(ErrorCode::kDoesNotMatch,
-                   std::string(TriadName(triad)) + ": the temperature terms of a are about " +
-                       std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
+                   std::string(TriadName(triad)) + ": the temperature terms of a are relative to " +
+                       std::to_string(thermal_a->reference_degc) + " degC, those of b to " +
                        std::to_string(thermal_b->reference_degc) +
-                       " degC, and cannot be moved; calibrate both with the same "
+                       " degC, and cannot be converted; calibrate both with the same "
                        "reference.temperature_degc");
     }
   }

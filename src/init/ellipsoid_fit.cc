@@ -262,9 +262,9 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
               count +
                   " do not determine an ellipsoid: they cover too little of the sphere, or are "
                   "of more than one range, unit or sensor" +
-                  Format(" (they scatter by %.0f %% of its radius about the best)",
+                  Format(" (RMS residual of the best fit: %.0f %% of its radius)",
                          100.0 * ellipsoid.relative_rms),
-              more_attitudes + "; look how long the readings are over time")
+              more_attitudes + "; plot the magnitude over time")
           .With("readings", static_cast<double>(points.size()))
           .With("scatter", ellipsoid.relative_rms));
 }

@@ -155,7 +155,7 @@ Error AxesMissing(const std::string& what) {
 
 Error TurnsUnexplained(const std::string& where) {
   return NotEnoughError(Finding(FindingCode::kTurnsUnexplained,
-                                "gyroscope: its readings do not match how gravity turned " + where,
+                                "gyroscope: turns differ from those of gravity or field " + where,
                                 "check its unit, axes and time stamps")
                             .About(Triad::kGyroscope));
 }

@@ -379,8 +379,8 @@ int SettleNoise(const RobustOptions& robust,
   if (robust.enabled && !weighs) {
     findings->push_back(
         Finding(FindingCode::kOutliersNotSought,
-                Format("few residual degrees of freedom (%.0f): an outlier could not be told from "
-                       "a good pose, none was looked for",
+                Format("few residual degrees of freedom (%.0f): outliers cannot be identified, and "
+                       "were not sought",
                        dof))
             .With("degrees_of_freedom", dof));
   }

@@ -117,11 +117,10 @@ void OptionsCheck::Bends(Triad triad) {
           name + ": a non-linearity is above 0 and at most 10 % of a full scale above 0");
   const Knowledge& field = triad == Triad::kAccelerometer ? options_.reference.gravity_mps2
                                                           : options_.reference.field_ut;
-  Require(
-      key,
-      triad == Triad::kGyroscope || !field.known() ||
-          sensor.nonlinearity->full_scale > *field.value,
-      name + ": its full scale is less than the field that it is in; state one end of its range");
+  Require(key,
+          triad == Triad::kGyroscope || !field.known() ||
+              sensor.nonlinearity->full_scale > *field.value,
+          name + ": its full scale is less than the field; state one end of its range");
   Require(key,
           !options_.initialise.only,
           name +
@@ -132,8 +131,8 @@ void OptionsCheck::Bends(Triad triad) {
           sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
               sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
           name +
-              ": quadratic and cubic terms are estimated, so that nothing of the non-linearity is "
-              "left out; remove it, or one of them");
+              ": quadratic and cubic terms are estimated, so that no non-linearity is left to "
+              "state; remove it, or one of them");
 }
 
 void OptionsCheck::Reference() {
@@ -173,7 +172,7 @@ void OptionsCheck::Attitudes() {
           "gauge `fixture` needs known attitudes");
   Require("attitudes",
           attitudes.kind != AttitudeKind::kSixFace || Has(Triad::kAccelerometer),
-          "six-face attitudes need the accelerometer to tell which face is up; enable it");
+          "six-face attitudes need the accelerometer to determine which face is up; enable it");
   Require("attitudes.fixture_rotation",
           !attitudes.unknown_fixture_rotation ||
               (attitudes.kind == AttitudeKind::kGiven && Has(Triad::kAccelerometer)),
@@ -292,7 +291,7 @@ void OptionsCheck::Limits() {
   Require("limits", limits.guard_band_k >= 0.0, "guard band must be >= 0");
   Require("limits",
           limits.limits.empty() || !options_.initialise.only,
-          "limits: start values have no σ to be judged with; remove the limits, or `initialise: { "
+          "limits: start values have no σ to judge them by; remove the limits, or `initialise: { "
           "only: true }`");
   bool is_any_there = limits.limits.empty();
   for (const auto& [name, limit] : limits.limits) {

@@ -185,10 +185,10 @@ struct Way {
     return experiment;
   }
   std::string_view words() const {
-    return kind == PoseSelectionKind::kMotion     ? "followed through its motion"
-           : kind == PoseSelectionKind::kEveryRow ? "taken row by row"
-           : ignores_gyroscope ? "taken for rests without the gyroscope, which is not asked for"
-                               : "taken for rests";
+    return kind == PoseSelectionKind::kMotion     ? "calibrated by its motion"
+           : kind == PoseSelectionKind::kEveryRow ? "calibrated row by row"
+           : ignores_gyroscope ? "calibrated from rests that are detected without the gyroscope"
+                               : "calibrated from rests";
   }
   std::string remedy() const {
     return kind == PoseSelectionKind::kMotion     ? "state `poses: { motion: { spacing_s: 0.1 } }`"

@@ -401,7 +401,7 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
     return Error(ErrorCode::kConflictingArguments,
                  {inputs[sessions.size() - 1]},
                  "has readings of " + inputs[k] + " (" + std::to_string(shared) +
-                     " poses are the same to the last digit), so it is no session of its own; "
+                     " poses are the same to the last digit), so it is not another session; "
                      "give each recording once");
   }
   return {};

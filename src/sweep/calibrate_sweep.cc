@@ -68,7 +68,8 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
   const bool is_other = std::abs(off) > kOtherUnitShare * calibration.reference.gravity_mps2;
   Finding finding(
       FindingCode::kGravityMissed,
-      Format("the static calibration sees %.4f m/s^2 in the sweep at its own temperature, ", seen) +
+      Format("the static calibration gives %.4f m/s^2 in the sweep at its own temperature, ",
+             seen) +
           Format("%+.4f ", off) + Format("± %.2g from gravity: ", sigma) +
           (is_other ? static_file + " is not of this unit"
                     : "the unit or its thermometer has changed in between"),
@@ -133,11 +134,11 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
     if (!(times > kMuch)) continue;
     const std::string gap =
         std::abs(axis.branch_gap_after) > axis.rms_after
-            ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
+            ? "heating and cooling still differ: hysteresis, or a lag that was not estimated"
             : "drift, a unit that was moved, or a thermometer that does not follow";
     findings->push_back(Finding(FindingCode::kSweepUnexplained,
                                 NameOf(axis.triad, axis.axis) +
-                                    Format(": the terms leave %.0f times its noise: ", times) + gap)
+                                    Format(": the residual is %.0f times its noise: ", times) + gap)
                             .About(axis.triad, axis.axis)
                             .With("times_noise", times));
   }
@@ -161,8 +162,8 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
       Finding(
           FindingCode::kSweepUnexplained,
           std::string(TriadName(triad)) + names + ": the stated order of " +
-              std::to_string(axes.front().fit.terms.bias_order) + " leaves what one of " + order +
-              " explains; σ allow for it",
+              std::to_string(axes.front().fit.terms.bias_order) + " leaves residuals that order " +
+              order + " explains; σ allow for it",
           "state " + SensorLine(triad, "thermal: { bias_order: " + order + " }") + ", or `auto`")
           .About(triad)
           .Shifting(moved_sigmas, Treatment::kWidened)
@@ -202,7 +203,7 @@ Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& fi
   return Error(
       ErrorCode::kDoesNotMatch,
       file + Format(": was recorded at %.1f to ", recorded_degc[0]) +
-          Format("%.1f degC, so that its bias holds at no one temperature; ", recorded_degc[2]) +
+          Format("%.1f degC, so that its bias has no single temperature; ", recorded_degc[2]) +
           Format("record it at one, within %.0f degC, or calibrate with `thermal:` over all poses",
                  kMostStaticRangeDegc));
 }
@@ -289,7 +290,7 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
     }
     findings->push_back(Finding(FindingCode::kReferenceExtrapolated,
                                 name + ": the reference temperature of " + where +
-                                    "; what is stated there is extrapolated")
+                                    "; values at it are extrapolated")
                             .About(triad)
                             .With("reference", reference_degc, "degC")
                             .With("lowest", range[0], "degC")
@@ -351,7 +352,7 @@ Status SweepTriad(const PoseSet& poses,
         Finding(FindingCode::kHeldAtReference,
                 std::string(TriadName(triad)) +
                     ": bias and sensitivity at the reference temperature are held, not measured: "
-                    "in an attitude that is not known only the temperature terms show",
+                    "an unknown attitude determines only the temperature terms",
                 "give a calibration at one temperature as `static: FILE.yaml`")
             .About(triad));
   }
@@ -404,8 +405,7 @@ Status CalibrateSweep(const PoseSet& poses,
   SayLeftOut(quality, &calibration.findings);
   SayUnexplained(quality, &calibration.findings);
   const Findings few = CheckDegreesOfFreedom(
-      quality.effective_dof,
-      "what the fit leaves varies slowly: repeat the sweep, or make it longer");
+      quality.effective_dof, "the residuals vary slowly: repeat the sweep, or make it longer");
   calibration.findings.insert(calibration.findings.end(), few.begin(), few.end());
   const Findings non_finite = CheckFinite(TriadOptions(), true, calibration.covariance);
   if (non_finite.empty()) {

@@ -101,7 +101,7 @@ class Chooser {
       is_allowed = false;
       choice_.left_out.push_back(
           std::string(InfoOf(rate).letters) +
-          Format(": only %.0f %% of it is not told by the temperature and the other rate terms; ",
+          Format(": only %.0f %% of it is independent of temperature and the other rate terms; ",
                  100.0 * share) +
           (rate == RateTerm::kQuadratic ? "repeat the sweep at another rate"
                                         : "repeat the sweep up and down, at more than one rate"));
@@ -161,7 +161,7 @@ class Chooser {
     const bool any = wanted_.lags > 0 || wanted_.lags_auto;
     if (any && !has_branches_) {
       choice_.left_out.emplace_back(
-          "lag: it shows as the difference between heating and cooling; repeat the sweep up and "
+          "lag: only heating and cooling together determine it; repeat the sweep up and "
           "down");
       return {LagShape()};
     }

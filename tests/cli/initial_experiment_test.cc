@@ -140,7 +140,7 @@ TEST_F(LogAlone, OfAUnitThatNeverRestsIsTakenForMotion) {
       0);
   const Finished run = RunTruetriad({"calibrate", recording + "/recording.yaml"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out, HasSubstr("followed through its motion"));
+  EXPECT_THAT(run.out, HasSubstr("tracked through the motion"));
 }
 
 TEST_F(LogAlone, CannotBeAnExperimentNorAResult) {

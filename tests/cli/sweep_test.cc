@@ -191,7 +191,7 @@ TEST_F(TemperatureSweep, TakesAStaticCalibrationForTheTemperatureItWasRecordedAt
   known->reference.recorded_degc = Eigen::Vector3d(15.0, 20.0, 25.0);
   const Finished wide = with("");
   EXPECT_EQ(wide.exit_code, 2);
-  EXPECT_THAT(wide.err, HasSubstr("holds at no one temperature"));
+  EXPECT_THAT(wide.err, HasSubstr("has no single temperature"));
   known->reference.recorded_degc = Eigen::Vector3d(80.0, 80.0, 80.0);
   const Finished outside = with("");
   EXPECT_EQ(outside.exit_code, 2);
@@ -263,7 +263,7 @@ TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("Second-order regression: Accelerometer x"),
                     HasSubstr("The regression is reported,"),
-                    HasSubstr("static calibration tells it")));
+                    HasSubstr("static calibration determines it")));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("regressed/report.html")),
               HasSubstr("Second-order regression"));
   Result<Calibration> found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));

@@ -442,7 +442,7 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
       LoadWell(std::string(kMinimal) + "initialise: { only: true }\n").options.initialise.only);
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +
                       "initialise: { only: true }\nlimits: { accelerometer.bias: 1 }\n"),
-              HasSubstr("start values have no σ to be judged with"));
+              HasSubstr("start values have no σ to judge them by"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n"
                       "  accelerometer: { fixed: { matrix: identity, bias: [0, 0, 0] } }\n"),
               AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("nothing is left to estimate")));
