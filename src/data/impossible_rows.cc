@@ -282,7 +282,7 @@ std::optional<Finding> RowScreen::Left() const {
   std::int64_t total = 0;
   std::string kinds;
   const std::array<std::string, kKinds> words = {
-      "read 0, 0, 0", "hold a word that stands for no reading", "are absurd"};
+      "read 0, 0, 0", "hold an error code", "are implausibly large"};
   for (std::size_t kind = 0; kind < kKinds; ++kind) {
     if (left_[kind] == 0) continue;
     total += left_[kind];

@@ -512,7 +512,7 @@ Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
                  {set->source},
                  share +
                      (clipped.poses.empty()
-                          ? "useless (" + stuck.words + "); check the sensor and its bus"
+                          ? "unusable (" + stuck.words + "); check the sensor and its bus"
                           : "clipped (" + clipped.words + "); set a larger full-scale range") +
                      " and record again");
   }

@@ -153,7 +153,7 @@ void RejectCutTurns(PoseSet* set) {
       if (!Acts(Mechanism::kTurnCut)) continue;
       turn.move.fault = Finding(FindingCode::kTurnCut,
                                 std::string("it ") + (is_last ? "ends" : "begins") +
-                                    Format(" while the unit still turns, with some %.2g deg of it ",
+                                    Format(" while the unit still turns, with about %.2g deg ",
                                            missing_rad * kDegPerRad) +
                                     (is_last ? "after" : "before") + " its rows")
                             .With("missing", missing_rad * kDegPerRad, "deg");
@@ -167,7 +167,7 @@ void RejectCutTurns(PoseSet* set) {
               "of " + std::to_string(set->turns.size()) + " known turns " + std::to_string(cut) +
                   (cut == 1 ? " is" : " are") +
                   " left out, as rows or times begin or end while the unit still turns" +
-                  Format(", with some %.2g deg outside", most_rad * kDegPerRad))
+                  Format(", with about %.2g deg outside", most_rad * kDegPerRad))
           .About(Triad::kGyroscope)
           .With("turns", static_cast<double>(cut))
           .With("missing", most_rad * kDegPerRad, "deg"));

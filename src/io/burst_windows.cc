@@ -88,8 +88,8 @@ Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end
     if (!later && i == 0) {
       return Fail(ErrorCode::kNotEnoughData,
                   first.begin,
-                  "begins the only window of window_samples, so that it is not known how far its "
-                  "samples are apart");
+                  "begins the only window of window_samples, so the interval between its samples "
+                  "is unknown");
     }
     if (!later || (i > 0 && later->is_cut)) break;
     interval_ns_ = 0;
@@ -134,7 +134,7 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
               begin,
               "begins a window of window_samples without a time, of which each " +
                   std::to_string(size_) +
-                  " rows should have one; rows are missing, or window_samples is another");
+                  " rows should have one; rows are missing, or window_samples is wrong");
 }
 
 Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
@@ -170,7 +170,7 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
                "has its time on row " + std::to_string(row + 1) + " of " + std::to_string(size_) +
                    " of window_samples, but line " + std::to_string(timed_->timed_line) +
                    " on row " + std::to_string(before + 1) +
-                   "; rows are missing or too many between them, or window_samples is another");
+                   "; rows are missing or too many between them, or window_samples is wrong");
 }
 
 Status BurstWindows::MeasureInterval(const Window& earlier,
@@ -182,7 +182,7 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,
-                "begins a window of window_samples whose time is not behind that of the one "
+                "begins a window of window_samples whose time is not after that of the one "
                 "before; correct window_samples, or sort the log");
   }
   // The difference of any two int64 times fits a uint64.
@@ -201,7 +201,7 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
   } else if (interval_ns_ == 0) {
     return Fail(ErrorCode::kInvalidValue,
                 later.begin,
-                "begins a window of window_samples more than a day behind the first one; check the "
+                "begins a window of window_samples more than a day after the first one; check the "
                 "unit of its time");
   }
   return {};

@@ -21,7 +21,7 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   constexpr double kExactUnitLength = 1e-14;
   const double length = vector.norm();
   visit.Expect(std::isfinite(length),
-               "is too long; a vector of any length that is a number will do, such as [0, 0, 1]",
+               "is too long to compute with; only its direction counts, such as [0, 0, 1]",
                "axis");
   *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
@@ -50,7 +50,7 @@ void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* pla
   const int ways = int{has_pose} + int{has_times} + int{has_rows};
   const std::string known =
       "`first` and `last`, `start_s` and `end_s`, or `" + std::string(pose_key) + "`";
-  visit.Expect(ways > 0, "has no place in the recording; expected " + known);
+  visit.Expect(ways > 0, "states no place in the recording; expected " + known);
   visit.Expect(ways < 2, "a time, rows and a pose exclude each other; keep " + known);
   visit(pose_key,
         place->pose,
@@ -105,7 +105,7 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
   }
   rate.is_axis_known = defaults.is_axis_known;
   visit.Expect(rate.is_axis_known || !rate.rate_radps.isZero(0.0),
-               "its rate is zero, which says nothing where no axis is known; leave it out");
+               "its rate is zero, which has no effect without a known axis; leave it out");
   double sigma_radps = defaults.sigma_radps;
   visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
   // A direction with a small angular error changes the rate perpendicular to itself. An unknown

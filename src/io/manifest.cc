@@ -105,8 +105,7 @@ void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   visit("offset", offset, kAnyNumber);
   visit("wrap_bits", temperature.wrap_bits, Range{8.0, 32.0, "8 to 32, the bits of the register"});
   visit("signed", temperature.is_signed, Flag());
-  visit.Expect(
-      temperature.wrap_bits > 0, "needs `wrap_bits`; a number has its sign otherwise", "signed");
+  visit.Expect(temperature.wrap_bits > 0, "applies only with `wrap_bits`; remove it", "signed");
   TemperatureUnit& unit = temperature.unit;
   unit = {unit.scale * scale, unit.scale * offset + unit.offset};
 }

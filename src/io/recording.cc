@@ -268,7 +268,7 @@ class Stream {
       return Error(ErrorCode::kValueOutOfRange, text);
     };
     if (count != std::floor(count) || count < -0.5 * all || count >= all)
-      return fail(number + " is no number of a register of " + bits);
+      return fail(number + " does not fit a register of " + bits);
     if (!before && count >= 0.5 * all && !column.is_signed) {
       return fail(number + " of " + bits + " is " + RoundedText(count - all, 9) +
                   " with a sign; state `signed: true` or `signed: false`");
@@ -279,8 +279,8 @@ class Stream {
     const double continued = count + all * std::round((*before - count) / all);
     // A step of half the range could be up or down, which would shift all later values.
     if (std::abs(continued - *before) > 0.25 * all) {
-      return fail("the register steps to " + number + " by more than a quarter of what its " +
-                  bits + " hold; empty the field if it is damaged, or correct `wrap_bits`");
+      return fail("the register steps to " + number + " by more than a quarter of the range of " +
+                  bits + "; empty the field if it is damaged, or correct `wrap_bits`");
     }
     return continued;
   }

@@ -159,7 +159,7 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
             "column `" + column.name +
                 (other.name == column.name ? "` occurs twice"
                                            : "` is also there as `" + other.name +
-                                                 "`, and capitals do not tell columns apart") +
+                                                 "`, and names must differ in more than capitals") +
                 "; rename one of them");
       }
     }
@@ -320,7 +320,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
   } else {
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
-    text += "rename to " + known + " (each with its unit), or remove what is no reading";
+    text += "rename to " + known + " (each with its unit), or remove columns that are no readings";
   }
   return Error(
       ErrorCode::kUnknownColumn, place_, text + ", or map columns in a manifest recording.yaml");

@@ -99,7 +99,7 @@ TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
   EXPECT_THAT(turns.error().message,
               AllOf(HasSubstr("motions.yaml:2"),
                     HasSubstr("10 to 5"),
-                    HasSubstr("has no place in the recording"),
+                    HasSubstr("states no place in the recording"),
                     HasSubstr("`w` is not among"),
                     HasSubstr("either `turns` or `degrees`"),
                     HasSubstr("exclude each other"),

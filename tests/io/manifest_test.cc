@@ -128,9 +128,8 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,0\n1,1,1,1,65536\n");
   const auto wide = ReadRecording(WriteStream(keys));
   ASSERT_FALSE(wide);
-  EXPECT_THAT(
-      wide.error().message,
-      HasSubstr("log.csv:3: column `T`: 65536 is no number of a register of wrap_bits: 16"));
+  EXPECT_THAT(wide.error().message,
+              HasSubstr("log.csv:3: column `T`: 65536 does not fit a register of wrap_bits: 16"));
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,3000\n");
   const RecordingSamples kelvin =
       Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
@@ -142,7 +141,7 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
   ASSERT_FALSE(damaged);
   EXPECT_THAT(damaged.error().message,
               HasSubstr("log.csv:3: column `T`: the register steps to 33108 by more than a quarter "
-                        "of what its wrap_bits: 16 hold; empty the field"));
+                        "of the range of wrap_bits: 16; empty the field"));
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,33315\n1,1,1,1,-32221\n");
   const RecordingSamples unsigned_kelvin =
       Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
@@ -327,7 +326,7 @@ TEST_F(ManifestWindows, WithJitterKeepTheirSamplesInOrder) {
     EXPECT_GT(stream.time_ns[i], window_ns - 110'000'000);
   }
   EXPECT_THAT(ErrorOf(rows + ",1,1,1,\n" + std::to_string(times.back()) + ",1,1,1,\n", 8),
-              HasSubstr("whose time is not behind that of the one before"));
+              HasSubstr("whose time is not after that of the one before"));
 }
 
 // A logger's first windows may come at once, and its rate may change; two lost windows are neither.
@@ -365,7 +364,7 @@ TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n,1,1,1,\n,1,1,1,\n", 2),
               HasSubstr("log.csv:4: begins a window of window_samples without a time"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:4: begins a window of window_samples whose time is not behind"));
+              HasSubstr("log.csv:4: begins a window of window_samples whose time is not after"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n", 2),
               HasSubstr("log.csv:2: begins the only window of window_samples"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n4e12,1,1,1,\n", 2), HasSubstr("more than a day"));
