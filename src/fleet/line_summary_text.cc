@@ -220,7 +220,7 @@ std::vector<Section> LimitsSections(Trees limits) {
   }
   if (!doubted.empty()) {
     capability.notes.push_back(
-        "Not normal (p < 0.01), which the share outside and intervals assume: " + doubted);
+        "Not normal (p < 0.01), though the share outside and intervals assume it: " + doubted);
   }
   if (!changed.empty()) {
     capability.notes.push_back("Limits have changed; judged here by those of the last unit: " +

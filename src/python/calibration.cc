@@ -391,8 +391,8 @@ findings say why.)");
       .def_property_readonly(
           "verdict",
           [](const HeldCalibration& c) { return VerdictName(c.value->verdict()); },
-          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, with nothing to judge it "
-          "by.")
+          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, neither passed nor "
+          "failed.")
       .def_property_readonly(
           "status",
           [](const HeldCalibration& c) { return OutcomeName(c.value->outcome); },

@@ -128,9 +128,9 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const auto& before = evaluation.norm_rms_before[triad];
     if (!before || !(*evaluation.norm_rms[triad] > *before)) continue;
-    tested += " Uncalibrated the " + std::string(TriadName(triad)) +
-              "'s errors are smaller: a calibration of another unit, exchanged or reversed axes, "
-              "or a log that was corrected already?";
+    tested += " The uncalibrated " + std::string(TriadName(triad)) +
+              "'s errors are smaller: check for a calibration of another unit, exchanged or "
+              "reversed axes, or a log that was corrected already.";
     break;
   }
   return {Grade::kBad,
@@ -196,9 +196,9 @@ VerbReport ReportOf(const EvaluationSummary& evaluation,
 namespace {
 
 std::string WordsOf(const ErrorOfTwo& error, const SideBySide& both) {
-  if (error.name == "accelerometer") return "Accelerometer, off gravity";
+  if (error.name == "accelerometer") return "Accelerometer, from gravity";
   if (error.name == "accelerometer-spread") return "Accelerometer, about its mean";
-  if (error.name == "magnetometer") return "Magnetometer, off the field";
+  if (error.name == "magnetometer") return "Magnetometer, from the field";
   if (error.name == "magnetometer-spread") return "Magnetometer, about its mean";
   if (error.name == "angle") return "Angle, field to gravity";
   if (error.name == "gyroscope") return "Gyroscope, at rest";
@@ -223,7 +223,7 @@ Headline HeadlineFor(const SideBySide& both) {
   for (const auto& [evaluation, name] : {std::pair(&both.a, "A"), std::pair(&both.b, "B")}) {
     if (evaluation->is_own) {
       explanation += (explanation.empty() ? "" : " ") + std::string(name) +
-                     " was made from this recording, which flatters it; evaluate both on another.";
+                     " was made from this recording, which favours it; evaluate both on another.";
     }
   }
   const std::string poses = Counted(both.a.poses, "pose");
@@ -280,8 +280,8 @@ VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& abou
   if (both.field_ut) {
     held += " and a field of " + Significant(*both.field_ut, 4) + " " +
             TruthUnit(Triad::kMagnetometer) +
-            ", which is that of another place unless the recording was taken where the "
-            "calibration was: it decides nothing, the length about its mean does";
+            ", which is valid only at the place of calibration, so the spread of the length "
+            "about its mean decides instead";
   }
   content.sections.push_back(
       {"Errors on these poses",

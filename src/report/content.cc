@@ -410,7 +410,7 @@ Headline HeadlineOf(const Calibration& calibration) {
                 head + "start values only, as requested",
                 "The start values were not refined; no uncertainty available."};
       }
-      return {Grade::kNeutral, head + "usable, with nothing to judge it by", std::string(kUsable)};
+      return {Grade::kNeutral, head + "usable, neither passed nor failed", std::string(kUsable)};
     case Verdict::kPass:
       return {
           Grade::kGood,

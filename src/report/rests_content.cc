@@ -111,7 +111,7 @@ Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
   section.Add(
       "RMS and worst error over all directions of gravity and field; in degrees: of the direction. "
       "Raw: in nominal units, as the log has them. Corrected: by the σ of the parameters; the "
-      "noise of a reading comes on top.");
+      "noise of a reading is not included.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
     section.Add("Misalignment of the " + std::string(TriadName(triad)) +
@@ -246,7 +246,7 @@ Section ModelChoiceSection(const Quality& quality) {
   section.Add("Chosen: " + quality.rests.model_choice.front().description + ".");
   section.Add(
       "The table lists the chosen model, then those that differ from it by one step. A term is "
-      "included if p of the likelihood ratio is below 0.1 % (not so thermal terms), else if three "
+      "included if p of the likelihood ratio is below 0.1 % (except thermal terms), else if three "
       "criteria agree: p below 1 % (for thermal terms of a bias: p of the F test against the "
       "scatter between temperatures), a lower BIC, and a lower error on held-out poses and turns "
       "(RMS, in units of their noise; for thermal terms, holding out one temperature at a time).");

@@ -321,8 +321,8 @@ TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
   }
   const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_EQ(station.note,
-            "no chart of all parameters together: it takes 20 baseline units that are no outliers "
-            "with all 10 parameters, and there are 14");
+            "no chart of all parameters together: it needs 20 baseline units, without outliers "
+            "and with all 10 parameters; there are 14");
   EXPECT_EQ(station.charts.back().kind, ChartKind::kEwma);
 }
 
