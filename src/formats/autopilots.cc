@@ -126,10 +126,10 @@ Result<int> SlotOf(const Autopilot& autopilot,
   if (slot == Tags::kNoSlot) {
     return Error(ErrorCode::kNotRepresentable,
                  "the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
-                     " leave none to the " + std::string(TriadName(triad)) +
+                     " have none free for the " + std::string(TriadName(triad)) +
                      ": each is another sensor's, or is taken by another of this log, or its own "
-                     "number is not in the log; state that with --id, or set that of a sensor that "
-                     "is gone to 0 and record again");
+                     "number is not in the log; state its id with --id, or set the id of a "
+                     "removed sensor to 0 and record again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
@@ -324,10 +324,10 @@ Status WriteThermal(const Autopilot& autopilot,
       ended += (ended.empty() ? "" : " and ") + Expanded(number, out->slot);
     }
     if (!ended.empty()) {
-      request.warnings.push_back(
-          std::string(TriadName(names.triad)) +
-          ": the vehicle has terms of other sensors that it does not use, and " + names.enable +
-          " 1 would: " + ended + " 0 keeps them out of use");
+      request.warnings.push_back(std::string(TriadName(names.triad)) +
+                                 ": the vehicle has unused terms of other sensors, which " +
+                                 names.enable + " 1 would apply: " + ended +
+                                 " 0 keeps them unused");
     }
   } else if (!names.thermal.empty()) {
     const auto& recorded_degc = calibration.reference.recorded_degc;
@@ -650,9 +650,9 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                          ? Expanded("CAL_MAG@_ROT", of) + " and SENS_BOARD_ROT"
                                          : "AHRS_ORIENTATION";
         carried.notes.push_back(
-            "magnetometer: the file does not say how it is turned against the "
+            "magnetometer: the file does not state its rotation against the "
             "board (" +
-            rotation + "); taken as not turned");
+            rotation + "); taken as not rotated");
       }
     }
   }

@@ -21,7 +21,7 @@ namespace truetriad {
 namespace {
 
 std::string LossText(Triad triad, const ExportLoss& loss) {
-  std::string text = std::string(TriadName(triad)) + ": off by at most " +
+  std::string text = std::string(TriadName(triad)) + ": error of at most " +
                      RoundedText(loss.largest, 2) + " " + std::string(TruthUnitName(triad)) +
                      " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
   if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
@@ -64,10 +64,10 @@ void FindDroppedTurn(Triad triad,
   if (turn_deg < SmallestBoardTurnDeg()) return;
   findings->push_back(
       Finding(FindingCode::kMessage,
-              std::string(TriadName(triad)) + ": is turned by " + RoundedText(turn_deg, 3) +
+              std::string(TriadName(triad)) + ": is rotated by " + RoundedText(turn_deg, 3) +
                   " deg against the other sensors' axes, and " + std::string(format) +
-                  " holds no such turn: " + LossText(triad, loss),
-              "correct how it is mounted, or the rotation that the vehicle has for it, and record "
+                  " cannot hold this rotation: " + LossText(triad, loss),
+              "correct its mounting, or the rotation that the vehicle has for it, and record "
               "again")
           .As(Severity::kWarning)
           .About(triad)
@@ -107,7 +107,7 @@ std::string WhyHeldBack(const Calibration& calibration) {
 Status CheckMayLeave(const std::string& why, const ExportOptions& options) {
   if (why.empty() || options.allows_outside_limits) return {};
   return Error(ErrorCode::kOutsideLimits,
-               "this unit may not leave (" + why +
+               "this unit may not be delivered (" + why +
                    "), so nothing is exported; measure it again, or state "
                    "--outside-limits=allow, and the file will say so");
 }
@@ -394,8 +394,8 @@ class FormatOfDevice {
         SayUnwritten(
             result,
             "its " + std::string(TriadName(triad)) +
-                " is not written: it is turned against the other sensors, and the log does "
-                "not say so; set its rotation in the vehicle, and record again",
+                " is not written: it is rotated against the other sensors, and the log does "
+                "not state this; set its rotation in the vehicle, and record again",
             beside);
         calibrations_[i].sensors[triad].reset();
       }

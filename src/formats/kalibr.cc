@@ -133,10 +133,10 @@ Result<std::string> NoiseText(const std::string& indent, const WriteRequest& req
     request.warnings.emplace_back(
         name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or fill "
                                  "them in"
-                : noise ? ": the Allan file does not tell the random walk of every axis (a longer "
-                          "rest may); fill it in"
-                        : ": the Allan file does not tell white noise of every axis (a longer rest "
-                          "may); fill the densities in"));
+                : noise        ? ": the Allan file lacks the random walk of some axis (a longer "
+                                 "rest may show it); fill it in"
+                               : ": the Allan file lacks the white noise of some axis (a longer "
+                                 "rest may show it); fill the densities in"));
   }
   if (!(rate_hz > 0.0)) {
     request.warnings.emplace_back("update_rate is missing; give --allan=FILE, or fill it in");

@@ -192,7 +192,7 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
     request.warnings.emplace_back(std::string(TriadName(triad)) + ": " +
                                   std::string(kCovarianceNames[triad]) + " is zero (unknown): " +
                                   (request.options.allan
-                                       ? "the Allan file does not tell white noise of every axis"
+                                       ? "the Allan file lacks the white noise of some axis"
                                        : "its noise density is missing; give --allan=FILE"));
     return Eigen::Vector3d(Eigen::Vector3d::Zero());
   }

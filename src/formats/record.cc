@@ -387,7 +387,7 @@ std::vector<Section> RecordSections(const WriteRequest& request) {
     if (sensor) results.Add(ResultTable(*sensor, triad, calibration.covariance, kCoverageFactor));
   }
   results.Add(UncertaintyStatement(calibration) +
-              " Values without U are fixed by the gauge or by the experiment.");
+              " Values without U are fixed by the frame convention or by the experiment.");
   sections.push_back(std::move(results));
   Section& limits = sections.emplace_back(LimitsSection(calibration, kCoverageFactor));
   limits.draw = {};

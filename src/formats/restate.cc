@@ -163,8 +163,8 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
     }
     restated->rotation = {{rotation, rotation, rotation}};
     restated->notes.emplace_back("the body frame of all sensors is rotated by " +
-                                 RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
-                                 std::string(GaugeName(gauge)));
+                                 RoundedText(AngleDeg(rotation), 3) +
+                                 " deg, to the frame convention " + std::string(GaugeName(gauge)));
   }
   // The other triangle is zero up to rounding.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();

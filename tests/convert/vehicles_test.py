@@ -168,8 +168,8 @@ class Vehicles(unittest.TestCase):
         own = {f"CAL_GYRO{n}_ID": number for n, number in enumerate((500, 501, gyroscopes[0].number, gyroscopes[2].number))}
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
         done = self.calibrate(log, "--to=px4", code=3)
-        self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID leave none to the gyroscope: "
-                      "each is another sensor's, or is taken by another of this log, or its own number is not in the log; state that with --id", done.stderr)
+        self.assertIn("instance 1: is not written: the log's CAL_GYRO0_ID to CAL_GYRO3_ID have none free for the gyroscope: "
+                      "each is another sensor's, or is taken by another of this log, or its own number is not in the log; state its id with --id", done.stderr)
         # The results are there, and the others are exported.
         self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
         found = self.parameters("px4.params", "\t", 2)
@@ -488,9 +488,9 @@ class Vehicles(unittest.TestCase):
         said = json.loads(done.stdout)
         # Loaded, it would turn the compass of a vehicle.
         self.assertNotIn("CAL_MAG0_ID", self.parameters("px4.params", "\t", 2))
-        self.assertIn("# Instance 1: its magnetometer is not written: it is turned", (self.out / "px4.params").read_text())
+        self.assertIn("# Instance 1: its magnetometer is not written: it is rotated", (self.out / "px4.params").read_text())
         turned = [(one["sensor"], one["values"]["instance"]["value"]) for one in said["findings"]
-                  if one["severity"] == "warning" and "holds no such turn" in one["text"]]
+                  if one["severity"] == "warning" and "cannot hold this rotation" in one["text"]]
         self.assertEqual(turned, [("magnetometer", 0), ("magnetometer", 1)])
         self.assertEqual(sum("loses more than" in one for one in said["result"]["export_warnings"]), 1)
         log = self.log(vehicles.ulog, "straight.ulg", rests=14)
@@ -505,7 +505,7 @@ class Vehicles(unittest.TestCase):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters={"CAL_ACC0_ID": 555, "CAL_ACC1_ID": 0},
                        nameless=(("sensor_accel", 0), ("sensor_accel", 1)))
         done = self.calibrate(log, "--to=px4", code=3)
-        self.assertIn("instance 0: is not written: the log's CAL_ACC0_ID to CAL_ACC3_ID leave none to the accelerometer", done.stderr)
+        self.assertIn("instance 0: is not written: the log's CAL_ACC0_ID to CAL_ACC3_ID have none free for the accelerometer", done.stderr)
         found = self.parameters("px4.params", "\t", 2)
         self.assertNotIn("CAL_ACC0_XOFF", found)
         self.assertIn("CAL_ACC1_XOFF", found)

@@ -420,7 +420,7 @@ TEST(Px4, RefusesASensorForWhichNoSlotIsFree) {
   ASSERT_FALSE(full);
   EXPECT_EQ(full.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(full.error().message,
-              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID leave none to the accelerometer"));
+              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID have none free for the accelerometer"));
   EXPECT_TRUE(ExportCalibration(unit, "px4", {.instance = 1}));
   // A sensor with temperature terms needs a place for these, too.
   const Result<Export> terms = ExportCalibration(InOtherSlots({.bias_order = 1}), "px4");
@@ -590,7 +590,7 @@ TEST(Px4, KeepsIdleTermsOfOtherSensorsOutOfUse) {
   EXPECT_EQ(found.at("TC_A0_ID"), 0.0F);
   EXPECT_EQ(found.at("TC_A2_ID"), 0.0F);
   EXPECT_THAT(found, Not(Contains(Key("TC_G0_ID"))));
-  EXPECT_THAT(alone->warnings, Contains(HasSubstr("TC_A0_ID and TC_A2_ID 0 keeps them out of")));
+  EXPECT_THAT(alone->warnings, Contains(HasSubstr("TC_A0_ID and TC_A2_ID 0 keeps them unused")));
   // Those of a sensor that is exported beside it are its own.
   Calibration other = unit;
   other.tags.device_ids = {{1310996, 2621715, 396833}};

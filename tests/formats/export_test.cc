@@ -125,7 +125,7 @@ TEST(Export, OfASensorWithoutAPlaceLeavesTheOthersTheirs) {
   ASSERT_TRUE(exports) << exports.error().message;
   EXPECT_FALSE(exports->is_whole);
   EXPECT_THAT(exports->files.at("a/px4.params"), Not(HasSubstr("CAL_ACC1_")));
-  EXPECT_THAT(exports->warnings, Contains(HasSubstr("set that of a sensor that is gone to 0")));
+  EXPECT_THAT(exports->warnings, Contains(HasSubstr("set the id of a removed sensor to 0")));
 }
 
 TEST(Export, IsWithdrawnWhateverItIsCalled) {
@@ -203,7 +203,7 @@ TEST(Export, SaysInEveryFileWhatItIs) {
                         HasSubstr("truetriad 0.9.8 at 2026-01-31T12:00:00Z"),
                         HasSubstr("Gauge accel-"),
                         HasSubstr("accelerometer: readings in "),
-                        HasSubstr("accelerometer: off by at most")))
+                        HasSubstr("accelerometer: error of at most")))
           << format.name;
     }
   }

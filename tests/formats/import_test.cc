@@ -219,8 +219,8 @@ TEST(Import, SaysWhatItTakesForGranted) {
   EXPECT_THAT(result->notes,
               ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; taken as 0 for offsets, 1 "
                           "for scales",
-                          "magnetometer: the file does not say how it is turned against the board "
-                          "(AHRS_ORIENTATION); taken as not turned"));
+                          "magnetometer: the file does not state its rotation against the board "
+                          "(AHRS_ORIENTATION); taken as not rotated"));
 }
 
 TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {

@@ -31,7 +31,7 @@
     x: poses.map((pose) => pose[first]),
     y: poses.map((pose) => pose[first + 1]),
     z: poses.map((pose) => pose[first + 2]),
-    text: poses.map((pose) => `pose ${pose[0]}, ${name}${pose[1] ? ', rejected' : ''}: off by ${pose[first + 3]} ${unit}`),
+    text: poses.map((pose) => `pose ${pose[0]}, ${name}${pose[1] ? ', rejected' : ''}: error ${pose[first + 3]} ${unit}`),
     name,
     type: 'scatter3d',
     mode: 'markers',

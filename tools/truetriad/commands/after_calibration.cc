@@ -33,7 +33,7 @@
 
 DEFINE_string(max_loss,
               "",
-              "SHARE: refuse if a corrected reading may be off by more than this share of the "
+              "SHARE: refuse if a corrected reading may have an error above this share of the "
               "signal, as in 0.01");
 DEFINE_string(temperature,
               "",
@@ -63,9 +63,9 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
     const double length = summary.mean_length[triad];
     if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
     Warn("the corrected " + std::string(TriadName(triad)) + Format(" reads %.3g ", length) +
-         std::string(TruthUnitName(triad)) +
-         Format(" in the mean, %.3g times ", length / expected) + field +
-         ": check the unit that the log states, and whose calibration this is");
+         std::string(TruthUnitName(triad)) + Format(" on average, %.3g times ", length / expected) +
+         field +
+         ": check the unit that the log states, and that the calibration is of this device");
   };
   tell(Triad::kAccelerometer, calibration.reference.gravity_mps2, "gravity");
   if (calibration.reference.field_ut) {
@@ -190,7 +190,7 @@ Result<ExportOptions> ParseOptions() {
 }
 
 std::string LossText(const Export& result) {
-  Table table = Headed("off by; at most; RMS; of; sigma; ", "lrrrrl");
+  Table table = Headed("error; at most; RMS; of; sigma; ", "lrrrrl");
   for (const Triad triad : kTriads) {
     if (!result.loss[triad]) continue;
     const ExportLoss& loss = *result.loss[triad];
