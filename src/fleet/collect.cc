@@ -63,7 +63,7 @@ std::string ContentOf(Disposition disposition) {
 Error OtherContent(const std::string& source, const std::string& what) {
   return Error(ErrorCode::kDoesNotMatch,
                {ShownStore(source)},
-               what + " is there with another content, too; one of the two was changed");
+               what + " exists twice with different content; one of the two was changed");
 }
 
 /// Adds the source to an error, unless it names a place itself.
@@ -175,10 +175,10 @@ Error Unfinished(const std::string& source, std::size_t runs) {
   return Error(ErrorCode::kDamagedFile,
                {source},
                "has " + std::to_string(runs) +
-                   " runs, and at its end no line that says these are all: `fleet run` is still "
+                   " runs, but no line at its end that confirms their number: `fleet run` is still "
                    "writing it, was ended before it was done or is of an older truetriad, or lines "
-                   "have been cut off. Run the shard again with --resume, which does what is "
-                   "missing, or collect what is there with --unfinished");
+                   "have been cut off. Run the shard again with --resume, which adds what is "
+                   "missing, or collect what it has with --unfinished");
 }
 
 /// ReadSource in batches of runs. Errors name the source.
@@ -285,7 +285,7 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   if (source) return {};
   return Error(
       source.error().code,
-      source.error().message + "; what was added stays, and to collect again adds what is missing");
+      source.error().message + "; what was added stays, and collecting again adds what is missing");
 }
 
 /// The shards of `count` that are neither in `present` nor have runs in the store.

@@ -56,7 +56,7 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
     if (state == GoldenState::kToCome) {
       return std::optional("station " + station + " has a check of " + recorded(check) +
                            ", which is " + HoursText(line::SecondsOf(check.recorded) - now_s) +
-                           " from now: a clock is or was wrong" + remedy);
+                           " in the future: a clock is or was wrong" + remedy);
     }
     has_good = has_good || state == GoldenState::kGood;
   }
@@ -108,8 +108,8 @@ std::string DisposeCommand(const std::string& serial,
 /// The command or advice that releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
-  return std::string("measure this unit, or, where that one's number was wrong, ") +
-         (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
+  return std::string("measure this unit, or, if the serial number of the other was wrong, ") +
+         (is_lines ? "collect the runs into a store and state that there by " : "state that by ") +
          DisposeCommand(other.serial,
                         plan,
                         "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.id) +
@@ -349,7 +349,7 @@ class FleetEngine {
     if (!unit.tied_with.empty() && (run.id == unit.run || run.id == unit.tied_with)) {
       Warn(run.serial + ": run " + unit.run + ", of " + unit.log + ", which counts, and run " +
            unit.tied_with + ", of another log, were both measured at " + unit.recorded +
-           ", so the one that was run first is taken for the first");
+           ", so the one that was calibrated first counts as the earlier");
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
@@ -422,9 +422,9 @@ class FleetEngine {
     Warn(run.serial + ": was FAIL by " + MissedText(worst) +
          (lost.size() > 1 ? " and " + Counted(lost.size() - 1, "other limit") : "") + ", and is " +
          std::string(VerdictWords(unit.final_verdict)) + " now, since run " + unit.run +
-         (same == now.judgements.end() ? " counts, which is not judged by that"
+         (same == now.judgements.end() ? " counts, which is not judged by this limit"
                                        : " counts, which has " + MissedText(*same)) +
-         "; was that meant?");
+         "; check that this was intended");
   }
 
   /// Explains why a refusal stands although another recording is current.
@@ -439,7 +439,7 @@ class FleetEngine {
     Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
-         (is_file ? "only its file says when it was measured"
+         (is_file ? "only the time of its file states when it was measured"
                   : "it was measured at " + run.recorded + ", before that") +
          "; name a later log with column `recorded` in a list, or decide anew by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
@@ -465,7 +465,7 @@ class FleetEngine {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
     if (!agreed) {
-      Warn(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
+      Warn(serial + ": " + agreed.error().message + "; the next start reports its other runs");
       return;
     }
     for (const std::string& note : agreed->Notes(serial)) Warn(note);
@@ -477,7 +477,7 @@ class FleetEngine {
   Status Failed(const Error& error, Retry* retry) const {
     constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
-    if (retry->wait_s == 0.0) Tell(error.message + "; it is tried again until it works");
+    if (retry->wait_s == 0.0) Tell(error.message + "; it is repeated until it succeeds");
     retry->why = error.message;
     retry->wait_s = retry->wait_s == 0.0 ? kFirstS : std::min(kMostS, 2.0 * retry->wait_s);
     retry->at = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * retry->wait_s));
@@ -488,9 +488,9 @@ class FleetEngine {
   void WarnOfLetters(const std::string& serial) {
     const Result<std::string> other = store_->UnitOfOtherLetters(serial);
     if (!other || other->empty()) return;
-    Warn(serial + ": is another unit than `" + *other +
-         "`, which the store has and which differs in capital letters alone; where they are one, "
-         "write its serial number in one way");
+    Warn(serial + ": differs from unit `" + *other +
+         "` of the store only in capital letters; if they are one unit, write its serial number "
+         "in one way");
   }
 
   void Tell(const std::string& note) const {
@@ -596,7 +596,7 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
           const UnitRun other = RunOf(options.plan, units[another].order);
           if (other.serial == own.serial || is_given_up(other)) continue;
           units[place].refusal =
-              IsCopy(own, other, "measure both, or name the one whose number is right without it");
+              IsCopy(own, other, "measure both, or name only the one whose number is right");
         }
       }
     }

@@ -151,8 +151,8 @@ class LinesReader {
     read_.is_ended = true;
     if (stated == read_.counts) return {};
     return Error(ErrorCode::kDamagedFile,
-                 "says that above it are " + TextOf(stated) + ", and there are " +
-                     TextOf(read_.counts) + "; take the file as it was written");
+                 "states that " + TextOf(stated) + " are above it, but there are " +
+                     TextOf(read_.counts) + "; use the file as it was written");
   }
   Status Keep(Disposition disposition) {
     TRUETRIAD_RETURN_IF_ERROR(CheckStored(disposition));

@@ -218,9 +218,8 @@ class PostgresDatabase : public Database {
       return {};
     });
     if (!status && IsOfTheQuestion(state_)) {
-      return Error(
-          ErrorCode::kInvalidArgument,
-          "the question is not understood as one that reads (SELECT …): " + status.error().What());
+      return Error(ErrorCode::kInvalidArgument,
+                   "the query is not valid as one that reads (SELECT …): " + status.error().What());
     }
     TRUETRIAD_RETURN_IF_ERROR(status);
     return table;
@@ -312,9 +311,9 @@ class PostgresDatabase : public Database {
     if (patience_ == Seconds(0.0)) return last;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
-                 "the connection was lost, and in " + NumberText(patience_.count()) +
-                     " s there was no other: " + last.What() +
-                     "; what was added before is there, and --resume goes on");
+                 "the connection was lost, and not restored within " +
+                     NumberText(patience_.count()) + " s: " + last.What() +
+                     "; runs added before are kept, and --resume goes on");
   }
 
   /// Executes one statement with text or NULL for $1, $2, ….
@@ -401,8 +400,8 @@ Result<std::unique_ptr<Database>> OpenPostgres(const Libpq& libpq,
   if (!options) {
     return Error(ErrorCode::kStoreFailure,
                  {name},
-                 "is not understood as a connection to PostgreSQL; what is neither letter nor "
-                 "digit in a password is written %XX, or the password is left to ~/.pgpass");
+                 "is not a valid connection to PostgreSQL; write characters of a password other "
+                 "than letters and digits as %XX, or put the password into ~/.pgpass");
   }
   auto database = std::make_unique<PostgresDatabase>(libpq, *std::move(options), name);
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));

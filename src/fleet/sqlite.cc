@@ -110,20 +110,20 @@ class SqliteDatabase : public Database {
 
   Result<Table> AskAsGiven(const std::string& sql) override {
     if (sql.find('\0') != std::string::npos) {
-      return Error(ErrorCode::kInvalidArgument, "the question has a NUL, which SQL cannot have");
+      return Error(ErrorCode::kInvalidArgument,
+                   "the query contains a NUL, which SQL does not allow");
     }
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
     if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
       const std::string why = sqlite3_errmsg(database_.get());
-      return Error(ErrorCode::kInvalidArgument,
-                   "the question is not understood: " + why + Suggestion(why));
+      return Error(ErrorCode::kInvalidArgument, "the query is not valid: " + why + Suggestion(why));
     }
     const Statement statement(prepared, sqlite3_finalize);
     if (prepared == nullptr || sqlite3_stmt_readonly(prepared) == 0 ||
         std::string_view(rest).find_first_not_of(" \t\r\n;") != std::string_view::npos) {
       return Error(ErrorCode::kInvalidArgument,
-                   "only one statement that reads can be asked: SELECT …");
+                   "only a single statement that reads is allowed: SELECT …");
     }
     return TableOf(prepared);
   }

@@ -147,7 +147,7 @@ Result<Thing> CheckedFromRow(std::span<const Cell> row) {
   if (reader.odd_verdict.empty()) return thing;
   return Error(ErrorCode::kWrongFormat,
                "run " + row[0].value_or("") + ": its verdict is `" + reader.odd_verdict +
-                   "`, which is none; the store has been changed by another program");
+                   "`, which is not a verdict; the store has been changed by another program");
 }
 
 /// The FROM and WHERE of a selection.
@@ -343,7 +343,7 @@ Result<StoreHeader> Store::Header() {
   if (!last) {
     return Error(ErrorCode::kStoreFailure,
                  "its fact `shards` is `" + stated +
-                     "`, no number of shards; it has been changed by another program");
+                     "`, not a number of shards; it has been changed by another program");
   }
   header.shards.count = last->count;
   return header;

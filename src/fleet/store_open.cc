@@ -62,8 +62,8 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
   });
   if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
-               "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
-                   " bytes of UTF-8");
+               "a disposition states " + what + " in one line of at most " +
+                   std::to_string(longest) + " bytes of UTF-8");
 }
 
 constexpr std::string_view kSqlite = "sqlite:";
@@ -88,7 +88,7 @@ Status CheckStoreFile(const std::string& path, Access access) {
   const fs::file_status status = fs::status(path, failure);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
     return Error(
-        ErrorCode::kStoreFailure, {path}, "is no file (a folder, pipe or device); name one");
+        ErrorCode::kStoreFailure, {path}, "is not a file (but a folder, pipe or device); name one");
   }
   if (access == Access::kRead) {
     if (fs::exists(status)) return {};
@@ -212,9 +212,9 @@ Status CheckStoreUrl(const std::string& url) {
                  "as in line.db or shard-2.jsonl");
   }
   if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--store=" + url +
-                   " names no file, so that nothing would be kept; expected one, as in line.db");
+  return Error(
+      ErrorCode::kInvalidArgument,
+      "--store=" + url + " names no file, so nothing would be kept; expected one, as in line.db");
 }
 
 std::string ShownPostgres(const std::string& url) {
@@ -267,7 +267,7 @@ Status CheckName(std::string_view name) {
   constexpr std::string_view kTooLate = "2201";
   if (IsRunId(name) && name < kTooLate) return {};
   return Wrong("its name " + InWords(name) +
-               " is none that truetriad has made until 2200, as in "
+               " is not a name that truetriad makes until 2200, as in "
                "20261124T235959.123456Z-4f2a9c01");
 }
 

@@ -135,7 +135,7 @@ Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) 
   if (seconds > static_cast<double>(std::time(nullptr)) + kDayS) {
     return Error(ErrorCode::kValueOutOfRange,
                  place,
-                 "recorded is `" + text + "`, which is to come; correct it, or this clock");
+                 "recorded is `" + text + "`, which is in the future; correct it, or this clock");
   }
   return line::MomentOf(static_cast<std::int64_t>(seconds));
 }
@@ -173,7 +173,7 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
 Error MissingLogs(const FilePlace& place, const std::string& first, std::size_t count) {
   return Error(ErrorCode::kUnreadableFile,
                place,
-               "names the log " + first + ", which is no file that is there" +
+               "names the log " + first + ", which does not exist" +
                    (count == 1 ? "" : ", as " + std::to_string(count - 1) + " further lines do") +
                    "; correct the column `log`, or leave such lines out");
 }
@@ -257,14 +257,14 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
     globfree(&found);
     return Error(ErrorCode::kUnreadableFile,
                  {word},
-                 "a folder that this would look into cannot be read; see to its rights");
+                 "a folder of this pattern cannot be read; check its permissions");
   }
   std::vector<std::string> names(found.gl_pathv, found.gl_pathv + (code == 0 ? found.gl_pathc : 0));
   globfree(&found);
   if (names.empty()) {
     return Error(ErrorCode::kUnreadableFile,
                  {word},
-                 "there is no such log, list or folder, and no file has a name like it");
+                 "there is no such log, list or folder, and no file matches this pattern");
   }
   for (const std::string& name : names) TRUETRIAD_RETURN_IF_ERROR(AddWord(name, units));
   return {};

@@ -283,7 +283,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
   } catch (const std::bad_alloc&) {
     run.verdict = Verdict::kNoResult;  // Writing its files may be what exceeded the memory.
     run.code = kMemoryLimit;
-    run.message = order.log + ": needs more memory than a unit may have";
+    run.message = order.log + ": needs more memory than the limit of a unit";
   } catch (const std::exception& failure) {
     Fill(Error(ErrorCode::kSystemFailure, {order.log}, failure.what()), &run);
   }

@@ -211,7 +211,7 @@ TEST_F(FleetShards, SayWhatIsWrongWithTheCall) {
   for (const auto& [flags, message] : std::vector<std::pair<std::string, std::string>>{
            {"--to=xlsx -o x", "--to"},
            {"--to=csv -o x --runs=some", "--runs=some"},
-           {"--to=csv -o x --where='verdic = 1'", "not understood"},
+           {"--to=csv -o x --where='verdic = 1'", "is not valid"},
            {"--to=csv -o all.db", "would be overwritten, and it is an input"},
            {"--to=parquet -o all.db", "would be overwritten, and it is an input"}}) {
     const Finished run = Fleet("export --store=all.db " + flags);

@@ -208,7 +208,7 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   MeasureAgain(7);
   const Finished fails = run("0.0001");
   EXPECT_EQ(fails.exit_code, 4);
-  EXPECT_THAT(fails.err, HasSubstr("`export` does not know of this there"));
+  EXPECT_THAT(fails.err, HasSubstr("`export` does not see this there"));
   EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be changed"));
   fs::rename(folder_.Path("away"), folder);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
@@ -332,7 +332,7 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   fs::remove_all(folder_.Path("out/units"));
   const Finished unreached = Shell(dispose + "out/fleet.db");
   EXPECT_EQ(unreached.exit_code, 4);
-  EXPECT_THAT(unreached.err, HasSubstr("`export` does not know of this decision there"));
+  EXPECT_THAT(unreached.err, HasSubstr("`export` does not see this decision there"));
 }
 
 TEST_F(FleetStore, ExportsWhatTheStoreSaysIntoWhichItsOwnWasCollected) {
@@ -595,7 +595,7 @@ TEST_F(FleetPostgreSQL, MayGoForGoodAndTheRunGoesOnLater) {
             "; read -r worker </proc/$run/task/$run/children; kill -KILL $worker; wait $run");
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err,
-              AllOf(HasSubstr("in 0.5 s there was no other"), HasSubstr("--resume goes on")));
+              AllOf(HasSubstr("not restored within 0.5 s"), HasSubstr("--resume goes on")));
   const Finished refused = Shell(Fleet(flags + "--json"));
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.out, HasSubstr("\"store-failure\""));

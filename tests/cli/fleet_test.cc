@@ -177,7 +177,7 @@ TEST_F(Fleet, IsResumedByOneAtATime) {
   fs::create_directories(folder_.Path("fleet"));
   const Finished run = Run("--resume", "flock fleet/.lock");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("in the hands of another"));
+  EXPECT_THAT(run.err, HasSubstr("in use by another"));
   // Shards share no log.
   const std::string shard = "--resume --report=false --shard=";
   EXPECT_EQ(Run(shard + "0/2", "flock fleet/.lock-0-of-2").exit_code, 2);

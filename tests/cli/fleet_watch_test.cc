@@ -72,7 +72,7 @@ TEST_F(FleetWatch, CalibratesWhatIsThereWhatArrivesAndWhatArrivesAgain) {
               ElementsAre("u0,2", "u1,1"));
   // One tool has the output.
   EXPECT_EQ(TemporaryFolder::Read(folder_.Path("second")), "2\n");
-  EXPECT_THAT(run.err, HasSubstr("in the hands of another fleet watch"));
+  EXPECT_THAT(run.err, HasSubstr("in use by another fleet watch"));
   const auto result = nlohmann::json::parse(run.out, nullptr, false);
   ASSERT_FALSE(result.is_discarded()) << run.out;
   EXPECT_EQ(result["result"]["done"], 3);

@@ -222,9 +222,10 @@ TEST_F(Collecting, TakesWhatIsNotFinishedOnlyWhenTold) {
   // A line less in the middle.
   const std::size_t second = whole.find('\n') + 1, third = whole.find('\n', second) + 1;
   folder_.Write("1.jsonl", whole.substr(0, second) + whole.substr(third));
-  EXPECT_THAT(Collect({good, cut}, target_).error().message,
-              HasSubstr("says that above it are 2 runs, 0 decisions and 0 checks of stations, and "
-                        "there are 1 runs"));
+  EXPECT_THAT(
+      Collect({good, cut}, target_).error().message,
+      HasSubstr("states that 2 runs, 0 decisions and 0 checks of stations are above it, but "
+                "there are 1 runs"));
 }
 
 TEST_F(Collecting, IsIntoAnotherStore) {
@@ -341,9 +342,9 @@ TEST_F(Collecting, AddsNothingOfARunThatIsThereWithAnotherContent) {
   const Result<Collected> both = Collect({one, other}, target_);
   ASSERT_FALSE(both);
   EXPECT_THAT(both.error().message,
-              HasSubstr("2.jsonl: run " + SampleId("2") + " is there with another content"));
+              HasSubstr("2.jsonl: run " + SampleId("2") + " exists twice with different content"));
   ASSERT_TRUE(Collect({one}, target_));
-  EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with another content"));
+  EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with different content"));
   EXPECT_EQ(Lines(target_).size(), 2u);
 }
 
@@ -380,7 +381,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
       ASSERT_FALSE(both);
       EXPECT_EQ(both.error().code, ErrorCode::kDoesNotMatch);
       EXPECT_THAT(both.error().message,
-                  HasSubstr(sources[1] + ": " + what + " is there with another content"));
+                  HasSubstr(sources[1] + ": " + what + " exists twice with different content"));
       EXPECT_FALSE(std::filesystem::exists(target_));
     }
   }
@@ -389,7 +390,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
     const Result<Collected> late = Collect({other}, target_);
     ASSERT_FALSE(late);
     EXPECT_EQ(late.error().code, ErrorCode::kDoesNotMatch);
-    EXPECT_THAT(late.error().message, HasSubstr(what + " is there with another content"));
+    EXPECT_THAT(late.error().message, HasSubstr(what + " exists twice with different content"));
   }
 }
 

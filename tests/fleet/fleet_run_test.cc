@@ -385,7 +385,7 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(warnings_,
               ElementsAre(AllOf(HasSubstr("does not lift the decision of R. Roe (FAIL: bent)"),
-                                HasSubstr("only its file says when"),
+                                HasSubstr("only the time of its file states when"),
                                 HasSubstr("`truetriad fleet dispose u0 --store="))));
   units_[0].recorded = "2999-11-25T12:00:00Z";
   warnings_.clear();
@@ -417,7 +417,7 @@ TEST_F(Engine, SaysByWhichOtherLimitsAUnitIsGood) {
       ElementsAre(AllOf(was_fail, HasSubstr("of ± 0.0001 m/s²"), HasSubstr("of ± 5 m/s²"))));
   run({narrow});
   run({"limits.accelerometer.scale_error=0.9"});
-  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("is not judged by that"))));
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("is not judged by this limit"))));
   run({narrow});
   UnitRun cut_off;
   cut_off.id = NewRunId();

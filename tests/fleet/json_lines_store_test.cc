@@ -194,9 +194,9 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
     std::string message;
   };
   const std::vector<Case> cases = {
-      {[](UnitRun* run) { run->id = "zzz"; }, "its name \"zzz\" is none"},
-      {[](UnitRun* run) { run->id = ""; }, "its name \"\" is none"},
-      {[](UnitRun* run) { run->id = "../../x"; }, "is none that truetriad has made"},
+      {[](UnitRun* run) { run->id = "zzz"; }, "its name \"zzz\" is not a name"},
+      {[](UnitRun* run) { run->id = ""; }, "its name \"\" is not a name"},
+      {[](UnitRun* run) { run->id = "../../x"; }, "is not a name that truetriad makes"},
       {[](UnitRun* run) { run->serial = ""; }, "has 0 bytes, expected 1 to 1000"},
       {[](UnitRun* run) { run->serial.assign(100'000, 'x'); }, "has 100000 bytes"},
       {[](UnitRun* run) { run->serial = std::string("a\0b", 3); }, "\"a\\u0000b\" has 3 bytes"},
@@ -208,7 +208,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
       {[](UnitRun* run) { run->created = "2026-11-31T12:00:00Z"; }, "created is \"2026-11-31"},
       {[](UnitRun* run) { run->recorded = "yesterday"; }, "recorded is \"yesterday\""},
       {[](UnitRun* run) { run->recorded_by = "hand"; }, "recorded_by is \"hand\""},
-      {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "is none"},
+      {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "is not a name"},
       {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "until 2200"},
       {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, and its limit"},
       {[](UnitRun* run) { run->verdict = Verdict::kFail; }, "misses none of its limits"},

@@ -247,7 +247,7 @@ TEST_F(LineOfUnits, LooksAtTheUnitsThatAreAskedFor) {
   EXPECT_EQ(count("recorded < '2026-11-24T00:02'"), "2");
   EXPECT_EQ(count("lot = 'L2' AND serial <> 'u4' -- why"), "2");
   EXPECT_EQ(count("\"order\" IS NULL"), "6");
-  EXPECT_THAT(count("lots = 1"), HasSubstr("not understood"));
+  EXPECT_THAT(count("lots = 1"), HasSubstr("is not valid"));
   const Json summary = Summary();
   ASSERT_EQ(summary["yield"]["by_tag"].count("lot"), 1u);
   EXPECT_EQ(summary["yield"]["by_tag"]["lot"][0]["value"], "L'1");

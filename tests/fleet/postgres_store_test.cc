@@ -141,7 +141,7 @@ TEST_F(PostgreSQLStore, GivesUpAServerThatIsGone) {
   server()->Start();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kStoreFailure);
-  EXPECT_THAT(status.error().message, HasSubstr("in 0.5 s there was no other"));
+  EXPECT_THAT(status.error().message, HasSubstr("not restored within 0.5 s"));
   EXPECT_FALSE(at_once);
   EXPECT_TRUE((*store)->Add(RunOf("A1")));
 }

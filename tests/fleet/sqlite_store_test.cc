@@ -49,7 +49,8 @@ TEST_F(SqliteStoreTest, SaysThatAVerdictIsNone) {
   Execute(path_, "UPDATE run SET verdict = 'pass'");
   const Status status = (*store)->ForEachRun({}, [](const UnitRun&) { return Status(); });
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("run 1: its verdict is `pass`, which is none"));
+  EXPECT_THAT(status.error().message,
+              HasSubstr("run 1: its verdict is `pass`, which is not a verdict"));
 }
 
 TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {

@@ -780,7 +780,7 @@ TEST(AStore, IsAFile) {
     for (const auto& open : {OpenStore, OpenStoreToRead}) {
       const auto store = open(url);
       ASSERT_FALSE(store) << url;
-      EXPECT_THAT(store.error().message, HasSubstr("is no file"));
+      EXPECT_THAT(store.error().message, HasSubstr("is not a file"));
     }
   }
   for (const std::string url : {"",

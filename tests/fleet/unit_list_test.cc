@@ -151,7 +151,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
                             {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
                             {"log,serial\n,7\n", "names no log", 2},
                             {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
-                            {"log,recorded\na/u1.csv,2199-01-01\n", "which is to come", 2},
+                            {"log,recorded\na/u1.csv,2199-01-01\n", "which is in the future", 2},
                             {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is no UTF-8", 2},
                             {"log,serial\n", "without a line for a log", 0}}) {
     const Error error = ErrorOf({folder_.Write("wrong.csv", mistake.text)});
@@ -265,7 +265,7 @@ TEST_F(UnitList, NamesLogsThatAreThere) {
   const Error error = ErrorOf({list});
   EXPECT_EQ(error.code, ErrorCode::kUnreadableFile);
   EXPECT_EQ(error.place.line, 3);
-  EXPECT_THAT(error.message, HasSubstr("a/u9.csv, which is no file that is there, as 1 further"));
+  EXPECT_THAT(error.message, HasSubstr("a/u9.csv, which does not exist, as 1 further"));
 }
 
 TEST(Shard, TakesEachUnitOnce) {

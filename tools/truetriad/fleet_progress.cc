@@ -177,7 +177,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
                                1e3 * progress.cpu_s / std::max(runs, 1.0)) +
                      CountsText(progress) + '\n';
   if (progress.skipped > 0) {
-    text += "  " + std::to_string(progress.skipped) + " left out: their runs are there";
+    text += "  " + std::to_string(progress.skipped) + " left out: their runs exist";
     if (const std::set<std::string>& red = progress.skipped_red; !red.empty()) {
       text += "; not good: " + NamesText(red, red.size());
     }

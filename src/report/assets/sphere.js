@@ -85,7 +85,7 @@
       turn(place, event.key);
     });
     words.className = 'words';
-    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point says its pose and error.`;
+    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point shows its pose and error.`;
     sphere.append(place, words);
     return { sphere, place, data };
   });

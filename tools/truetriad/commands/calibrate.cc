@@ -209,7 +209,7 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
   }
   if (rest.lost.empty()) return made;
   for (Finding& finding : rest.lost) {
-    finding.text = "left out, so that the other sensors have a result: " + finding.text;
+    finding.text = "this sensor is left out, so that the others have a result: " + finding.text;
     found->findings.push_back(finding.As(Severity::kWarning));
   }
   rest.refusal.reset();

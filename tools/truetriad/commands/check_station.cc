@@ -59,7 +59,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   if (FLAGS_config.empty() && golden.config_yaml.empty()) {
     return Error(ErrorCode::kMissingArgument,
                  FLAGS_golden +
-                     ": does not say by which experiment it was made (it was imported, "
+                     ": does not state by which experiment it was made (it was imported, "
                      "or simulated); give one with --config");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
@@ -107,8 +107,8 @@ Result<Today> TodayOf(const Experiment& experiment) {
   if (!recorded && stamp) {
     recorded = fleet::RecordedOf(*stamp);
     if (!FLAGS_store.empty()) {
-      Warn(log + ": does not say when it was recorded; taken is its file's time, " + recorded->at +
-           ", which a copy may renew");
+      Warn(log + ": does not state when it was recorded; its file's time, " + recorded->at +
+           ", is used, which copying may change");
     }
   }
   if (recorded) today.recorded = recorded->at;
@@ -157,7 +157,7 @@ std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
               ? "this recording was checked at " + counting->created + " already"
               : "the golden unit was recorded again since, at " + counting->recorded) +
          ", and " + (counting->agrees ? "agreed" : "did not agree") +
-         "; that holds, until the golden unit is recorded again\n";
+         "; that result holds until the golden unit is recorded again\n";
 }
 
 /// Compares today's calibration with the reference; the store keeps the result.

@@ -175,8 +175,9 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
                                  fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
   if (is_beside_another) {
-    FleetTalk().Listener().on_warning("a new store is begun, " + *file + ", and this output has " +
-                                      usual + ", whose runs it does not know; was that one meant?");
+    FleetTalk().Listener().on_warning(
+        "a new store is begun, " + *file + ", and this output has " + usual +
+        ", whose runs the new one lacks; if it was meant, give it as --store");
   }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));

@@ -289,7 +289,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
       fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
   std::vector<std::string> unreached;
   for (const fleet::Unreached& one : agreed.unreached) {
-    Warn(one.error.message + "; `export` does not know of this decision there");
+    Warn(one.error.message + "; `export` does not see this decision there");
     unreached.push_back(one.error.message);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
@@ -306,8 +306,8 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                        " (run " + added.run + ")";
   text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
-  text += verdict == Verdict::kPass ? "Export again what is to leave.\n"
-                                    : "What was exported of it elsewhere is as it was.\n";
+  text += verdict == Verdict::kPass ? "Export again what is needed.\n"
+                                    : "Its exports elsewhere are unchanged.\n";
   // The store is updated, but files of a unit that may not be delivered are unchanged.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
