@@ -265,7 +265,7 @@ std::vector<Rule> PoseRules(const Draft& draft) {
        "motion and a sweep have no poses with numbers; use `exclude:`"},
       {is_motion && !options.corrects_clocks,
        "clocks",
-       "a motion is followed with the clocks that it shows; remove `as_stated`"},
+       "a motion is tracked with estimated clock offsets; remove `as_stated`"},
       {is_motion && has_motions,
        motions,
        "turns: and rates: need rests and cannot be combined with `poses: { motion: {} }`; "

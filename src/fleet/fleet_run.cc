@@ -441,7 +441,7 @@ class FleetEngine {
          unit.disposed_why + "), since " +
          (is_file ? "only the time of its file states when it was measured"
                   : "it was measured at " + run.recorded + ", before that") +
-         "; name a later log with column `recorded` in a list, or decide anew by " +
+         "; name a later log with column `recorded` in a list, or decide again by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 

@@ -140,7 +140,7 @@ Status CheckReferences(const Json& studies, const std::map<std::string, double>&
 Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
   return Error(ErrorCode::kConflictingArguments,
                "the study has the same recording twice, as runs " + one + " and " + other + " (" +
-                   of + "); measure each unit anew, or leave one out with --study");
+                   of + "); measure each unit again, or leave one out with --study");
 }
 
 /// Error: one recording calibrated twice, which shows no repeatability.

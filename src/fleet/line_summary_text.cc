@@ -108,7 +108,7 @@ std::string Expected(const Json& value) {
 /// An age in hours as "12 min", "5.3 h", "9.1 days".
 std::string Age(const Json& value) {
   const double hours = Number(value);
-  if (hours < 0.0) return "to come";  // A clock is wrong.
+  if (hours < 0.0) return "in the future";  // A clock is wrong.
   if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
   return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
 }

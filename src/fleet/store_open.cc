@@ -297,7 +297,7 @@ Status CheckParameters(const UnitRun& run) {
   std::set<std::string_view> names;
   for (const Parameter& parameter : run.parameters) {
     if (parameter.name.empty() || !names.insert(parameter.name).second) {
-      return Wrong("parameter " + InWords(parameter.name) + " is there twice, or has no name");
+      return Wrong("parameter " + InWords(parameter.name) + " occurs twice, or has no name");
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber(parameter.name, parameter.value, true));
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber("sigma of " + parameter.name, parameter.sigma, false));

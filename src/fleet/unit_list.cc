@@ -102,7 +102,7 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
     if (std::find(header.begin(), column, *column) != column) {
       return Error(ErrorCode::kDuplicateColumn,
                    place,
-                   "column `" + *column + "` is there twice; leave one out");
+                   "column `" + *column + "` occurs twice; leave one out");
     }
   }
   return {};
@@ -389,7 +389,7 @@ Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
     TRUETRIAD_RETURN_IF_ERROR(TakeSerial(serial_pattern, &unit));
     if (!seen.insert(WholePath(unit.log)).second) {
       return Error(
-          ErrorCode::kDuplicateKey, {unit.log}, "is there twice; name each log of a fleet once");
+          ErrorCode::kDuplicateKey, {unit.log}, "is named twice; name each log of a fleet once");
     }
   }
   MarkSharedNames(&units);

@@ -311,7 +311,7 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
       return id && id == its_id
                  ? "its " + name + " has the device id " + std::to_string(*id) +
                        ", and so has that of instance " + instance +
-                       ": firmware could not tell them apart"
+                       ": firmware could not distinguish them"
                  : "its " + name + " would have the parameters of that of instance " + instance +
                        "; state one of them with `export --instance`";
     }

@@ -336,7 +336,7 @@ Result<Carried> ReadImuTk(const ReadRequest& request) {
     if (kind == nullptr) {
       return Error(ErrorCode::kWrongFormat,
                    {file.suffix},
-                   "cannot tell the sensor from the name; expected names ending in "
+                   "the name does not show the sensor; expected names ending in "
                    "_acc.calib and _gyro.calib, as written by imu_tk");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, NumbersOfFile(file));

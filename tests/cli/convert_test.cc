@@ -493,7 +493,7 @@ TEST_F(Convert, RefusesJsonThatSaysTwoThings) {
       folder_.Write("twice.json", R"({"t": [0, 1], "t": [0, 2], "acc": [[1, 2, 3], [4, 5, 6]]})");
   Finished run = Run("json", twice, {units});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("`t` is there twice"));
+  EXPECT_THAT(run.err, HasSubstr("`t` occurs twice"));
   const std::string shorter = folder_.Write(
       "shorter.json", R"({"t": [0, 1], "acc": [[1, 2, 3], [4, 5, 6]], "temp": [20]})");
   run = Run("json", shorter, {units});

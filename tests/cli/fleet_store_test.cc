@@ -387,7 +387,7 @@ TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
   // Left out, the unit is not good either.
   const Finished resumed = Shell(Fleet("-o out --fail-on=unit --resume '--serial={serial}.csv*'"));
   EXPECT_EQ(resumed.exit_code, 4);
-  EXPECT_THAT(resumed.out, StartsWith("1 OF 1 LEFT OUT NOT GOOD"));
+  EXPECT_THAT(resumed.out, StartsWith("1 OF 1 SKIPPED UNITS NOT GOOD"));
   // What lifts a decision is said in any case.
   fs::remove(folder_.Path("line/u100.csv.gz"));
   MeasureAgain(9);

@@ -114,7 +114,7 @@ TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
   EXPECT_THAT(Ask("SELECT serial, code FROM run ORDER BY serial"),
               ElementsAre("u0,", "u1,unreadable-file"));
   EXPECT_THAT(Run(watch + "--tag=lot=L17").out,
-              AllOf(StartsWith("1 OF 2 LEFT OUT NOT GOOD"), HasSubstr("  0 units in")));
+              AllOf(StartsWith("1 OF 2 SKIPPED UNITS NOT GOOD"), HasSubstr("  0 units in")));
 }
 
 TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {

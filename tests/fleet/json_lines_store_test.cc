@@ -202,7 +202,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
       {[](UnitRun* run) { run->serial = std::string("a\0b", 3); }, "\"a\\u0000b\" has 3 bytes"},
       {[](UnitRun* run) { run->created = "yesterday"; }, "created is \"yesterday\""},
       {[](UnitRun* run) { run->parameters[1].sigma = -1.0; }, "expected 0 or more"},
-      {[](UnitRun* run) { run->parameters[1].name = run->parameters[0].name; }, "there twice"},
+      {[](UnitRun* run) { run->parameters[1].name = run->parameters[0].name; }, "occurs twice"},
       {[](UnitRun* run) { run->covariance.pop_back(); }, "the covariance has"},
       {[](UnitRun* run) { run->created = "2026-99-25T12:00:00Z"; }, "created is \"2026-99-25"},
       {[](UnitRun* run) { run->created = "2026-11-31T12:00:00Z"; }, "created is \"2026-11-31"},

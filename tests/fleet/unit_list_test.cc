@@ -145,8 +145,8 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
     std::int64_t line;
   };
   for (const Mistake& mistake :
-       std::vector<Mistake>{{"log,log\na/u1.csv,a/u2.csv\n", "`log` is there twice", 1},
-                            {"log,serial,serial\na/u1.csv,1,2\n", "`serial` is there twice", 1},
+       std::vector<Mistake>{{"log,log\na/u1.csv,a/u2.csv\n", "`log` occurs twice", 1},
+                            {"log,serial,serial\na/u1.csv,1,2\n", "`serial` occurs twice", 1},
                             {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quote is left open", 2},
                             {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
                             {"log,serial\n,7\n", "names no log", 2},

@@ -338,7 +338,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
       ErrorOf("kalibr", "imu.yaml", "imu0:\n  model: calibrated\n"),
       AllOf(HasSubstr("imu.yaml:2: imu0.model"), HasSubstr("`calibrated` has no matrices")));
   EXPECT_THAT(ErrorOf("imu-tk", "x_acc.calib", "1 0 0\n0 1 0\n"), HasSubstr("contains 6 numbers"));
-  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("cannot tell the sensor"));
+  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("does not show the sensor"));
   EXPECT_THAT(ErrorOf("matlab", "a.m", "accel.C = [1 2; 3 4];\n"),
               HasSubstr("`accel.C` is not a 3x3 matrix"));
   EXPECT_THAT(ErrorOf("basalt", "a.json", "{}", ErrorKind::kUsage),

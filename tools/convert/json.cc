@@ -184,8 +184,7 @@ Result<VariableFile> Open(const std::string& path) {
   try {
     json = ParseOnce(text, &twice);
     if (!twice.empty()) {
-      return Error(
-          ErrorCode::kDuplicateKey, {path}, "`" + twice + "` is there twice in one object");
+      return Error(ErrorCode::kDuplicateKey, {path}, "`" + twice + "` occurs twice in one object");
     }
   } catch (const Json::out_of_range&) {
     return Error(ErrorCode::kValueOutOfRange, {path}, "has a number that is too large");

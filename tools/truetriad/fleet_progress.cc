@@ -157,7 +157,7 @@ FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
                    " NOT GOOD, although all of these runs are")};
   }
   if (const std::size_t red = progress.skipped_red.size(); red > 0) {
-    return {of(red, progress.skipped, " LEFT OUT NOT GOOD")};
+    return {of(red, progress.skipped, " SKIPPED UNITS NOT GOOD")};
   }
   if (!progress.held.empty()) return {"NOT ALL DONE, UNITS WAIT FOR A GOLDEN UNIT"};
   if (progress.left > 0) return {of(progress.left, progress.left + progress.done, " NOT DONE")};
@@ -177,7 +177,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
                                1e3 * progress.cpu_s / std::max(runs, 1.0)) +
                      CountsText(progress) + '\n';
   if (progress.skipped > 0) {
-    text += "  " + std::to_string(progress.skipped) + " left out: their runs exist";
+    text += "  " + std::to_string(progress.skipped) + " skipped: their runs are in the store";
     if (const std::set<std::string>& red = progress.skipped_red; !red.empty()) {
       text += "; not good: " + NamesText(red, red.size());
     }

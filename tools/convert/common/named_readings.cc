@@ -77,7 +77,7 @@ struct Inputs {
         return Error(ErrorCode::kDoesNotMatch,
                      {found[1]->path},
                      "variable `" + name +
-                         "` is there twice; give each file once, and each "
+                         "` occurs twice; give each file once, and each "
                          "variable a name of its own");
       }
       return Error(ErrorCode::kMissingArgument,
@@ -496,7 +496,7 @@ Status ConvertInputs(Inputs inputs, const Arguments& arguments, const std::strin
   if (!has_triad || !have_times) {
     return Error(
         ErrorCode::kMissingArgument,
-        "cannot tell from the names which variables are the " +
+        "the names do not show which variables are the " +
             std::string(has_triad ? "time" : "readings") +
             "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz "
             "(time=100Hz if it is not in the file; time=none if every row is one reading at rest). "

@@ -168,8 +168,8 @@ Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   }
   if (IsOf2014(contents)) return CorrectionOrder::kVehicleFrame;
   return Error(ErrorCode::kMissingKey,
-               "the log is older than 2015, and Copter or Plane up to 3.2 is not what it names as "
-               "its firmware");
+               "the log is older than 2015, and does not name Copter or Plane up to 3.2 as its "
+               "firmware");
 }
 
 Result<Contents> Survey(const std::string& path) {

@@ -374,7 +374,7 @@ withdrawn as they are collected (4: where their files are not here).
 Command FleetDisposeCommand() {
   return {
       .name = "fleet dispose",
-      .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
+      .summary = "How do I record a decision about a unit, whatever the verdict of its run?",
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
