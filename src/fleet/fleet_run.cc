@@ -353,7 +353,8 @@ class FleetEngine {
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
-           " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
+           " of this unit is kept, but only the first " + std::to_string(*unit.most + 1) +
+           " count");
     }
     WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {

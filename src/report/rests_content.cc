@@ -228,8 +228,8 @@ Section LeftOutSection(const Quality& quality) {
   if (quality.left_out_tests.empty()) return section;
   section.Add(
       "A fault that is significant in the residuals is corrected or widens σ; see the findings. κ: "
-      "how far an undetectable effect could shift a parameter: a fault at 3 σ of its own shifts "
-      "some parameter by 3 κ of its σ. Where κ is large, add more, and more varied, poses.");
+      "shift of the most affected parameter, in its σ, for one σ of the fault; an undetectable "
+      "fault of 3 σ shifts it by 3 κ σ. Where κ is large, add more, and more varied, poses.");
   Table table = Headed("sensor; fault; p; ; κ", "llrlr");
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.Add() << TriadTitle(test.triad) << test.term << Probability(test.p_value)

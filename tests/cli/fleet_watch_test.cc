@@ -185,7 +185,7 @@ TEST_F(FleetWatch, CountsRetestsAsThePolicyOfTheStoreSays) {
   EXPECT_THAT(Run(run).err, IsEmpty());
   Log("line/u1", 3);
   EXPECT_THAT(Run(run).err,
-              HasSubstr("u1: recording 3 of this unit is kept and does not count: 2 do"));
+              HasSubstr("u1: recording 3 of this unit is kept, but only the first 2 count"));
   const Finished other = Run(run + "--retest-counts=last");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("state the same"));

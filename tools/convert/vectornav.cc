@@ -458,7 +458,7 @@ Status Run(const Arguments& arguments) {
   if (!contents.has_checksums && !contents.kinds.empty()) {
     Note(arguments.inputs[0] +
          ": its sentences have no checksums; damage goes unnoticed unless it "
-         "leaves other than numbers");
+         "leaves something other than numbers");
   }
   if (arguments.list) {
     List(contents);
@@ -491,9 +491,9 @@ Status Run(const Arguments& arguments) {
   for (const SentenceKind* const kind : kinds) {
     if (!kind->compensated) continue;
     Note(std::string(kind->name) +
-         " holds what the unit's registers 23, 25 and 84 have corrected: the recording states "
+         " has readings corrected by the unit's registers 23, 25 and 84: the recording states "
          "`applied: unknown` and is refused until you complete it by hand; `applied: none` "
-         "calibrates what they left. VNIMU is from before them");
+         "calibrates the remaining errors. VNIMU has readings before this correction");
   }
   return folder->Commit();
 }
