@@ -239,7 +239,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
   if (!(gain > 0.0) || (gain < kMostForce && gain > 1.0 / kMostForce)) return std::nullopt;
   return Finding(FindingCode::kWrongUnit,
                  Format("the accelerometer reads %.4g ", length) + stream->unit.name +
-                     (options.motion ? " on average" : " at rest") +
+                     (options.motion ? " typically" : " at rest") +
                      Format(", %.3g times gravity", gain) + OddSpan(*stream) +
                      Guess(LooksLike(Triad::kAccelerometer, gravity / length, stream->unit),
                            stream->unit.name),
