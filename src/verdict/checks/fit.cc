@@ -101,14 +101,13 @@ Findings CheckExplained(const SettledRun&, const SolvedRun& solved) {
   const double reduced_chi2 = solved.stated.quality.reduced_chi2;
   if (!(reduced_chi2 > kMostReducedChi2)) return {};
   const double times = std::sqrt(reduced_chi2);
-  return {Finding(FindingCode::kUnexplainedReadings,
-                  Format("after the fit the readings scatter by %.0f times the noise that is "
-                         "stated",
-                         times),
-                  "state the noise that there is, let what is more be estimated, as by " +
-                      SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
-                      ", or look for what the experiment leaves out")
-              .With("times", times)};
+  return {
+      Finding(FindingCode::kUnexplainedReadings,
+              Format("after the fit the readings scatter by %.0f times the stated noise", times),
+              "state the actual noise, have the excess estimated, as by " +
+                  SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
+                  ", or look for an effect that the experiment does not model")
+          .With("times", times)};
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
