@@ -220,7 +220,7 @@ _EXAMPLE = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"
 
 
 def _columns(table, units):
-    """Columns named as in a self-describing CSV, as data and units."""
+    """The data and units of columns that are named as in a self-describing CSV."""
     import numpy as np
     data, axes = {}, {}
     for column in table.keys():

@@ -45,7 +45,7 @@ def evaluate(calibration, recording, *, units=None, poses="", progress=None):
 
 
 def compare(a, b):
-    """Whether two calibrations (or paths of such) agree, in sigmas, after taking out the gauge."""
+    """Whether two calibrations (or paths of such) agree, in sigmas, with both in one frame convention."""
     return Comparison(_truetriad.compare(_calibration(a), _calibration(b)))
 
 

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include "report/svg.h"
 #include "report/content.h"
-#include "report/table.h"
 #include "report/page.h"
+#include "report/svg.h"
+#include "report/table.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -433,7 +433,7 @@ Drawing AllanDrawing(const AllanResult& result) {
 VerbReport ReportOf(const AllanResult& result) {
   PageContent content{
       TitleOf(result),
-      {Grade::kGood, "AT REST", TitleOf(result) + ": coefficients of all sensors are stated."},
+      {Grade::kGood, "AT REST", TitleOf(result) + ": the coefficients of all sensors are given."},
       {{"", {}, [&result] { return std::vector{AllanDrawing(result)}; }}}};
   if (const std::vector<std::string> moved = Disturbances(result); !moved.empty()) {
     content.headline = {Grade::kBad,

@@ -16,7 +16,7 @@ namespace {
 
 // Chosen: eight rows before a word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
-// The rows searched for the eight after it, so that two of three may be words as well.
+// Rows that are searched for eight good ones after a word: two of three may be words, too.
 constexpr std::size_t kAhead = 24;
 // The most rows held back while a word lasts: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;

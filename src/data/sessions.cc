@@ -178,12 +178,12 @@ void TakePlacesOf(const PoseSet& more, PoseSet* set) {
   if (more.tags.magnetometer_turn_deg)
     set->tags.magnetometer_turn_deg = more.tags.magnetometer_turn_deg;
   if (!has_changed) return;
-  set->findings.push_back(Finding(FindingCode::kMessage,
-                                  "the vehicle numbers these sensors differently in " +
-                                      ShortName(more.source) +
-                                      " than before; exports take those of the last log",
-                                  "give logs in the order of time")
-                              .As(Severity::kWarning));
+  set->findings.push_back(
+      Finding(FindingCode::kMessage,
+              "the vehicle numbers these sensors differently in " + ShortName(more.source) +
+                  " than in earlier logs; exports take the numbers of the last log",
+              "give logs in the order of time")
+          .As(Severity::kWarning));
 }
 
 // Combines the fields that describe the recordings as a whole.

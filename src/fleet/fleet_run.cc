@@ -305,8 +305,8 @@ class FleetEngine {
     if (listener_.on_run) listener_.on_run(run, progress_);
   }
 
-  /// Adds a run to the store, with a later name if the clock has gone back since the last run of
-  /// its unit or log. Returns the unit's standing before.
+  /// Adds a run to the store, renamed so that it sorts last if the clock has gone back since the
+  /// last run of its unit or log, or if a decision was made meanwhile. Returns the standing before.
   Result<std::optional<Standing>> Add(UnitRun* run) {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
@@ -440,7 +440,7 @@ class FleetEngine {
     Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
-         (is_file ? "only the time of its file states when it was measured"
+         (is_file ? "its time of measurement is known only from the date of its file"
                   : "it was measured at " + run.recorded + ", before that") +
          "; name a later log with column `recorded` in a list, or decide again by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));

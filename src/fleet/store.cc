@@ -541,8 +541,8 @@ Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_give
   return Error(ErrorCode::kMissingArgument,
                "unit `" + serial + "` has several recordings" +
                    (is_given_up ? " that were given up" : "") +
-                   "; name that whose serial number was " + (is_given_up ? "right" : "wrong") +
-                   " by --run: " + runs);
+                   "; name with --run the one whose serial number was " +
+                   (is_given_up ? "right: " : "wrong: ") + runs);
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {

@@ -114,7 +114,7 @@ std::string PlaceIn(const fs::path& folder, const fs::path& log) {
   return place.empty() || *place.begin() == ".." ? WholePath(log) : place.generic_string();
 }
 
-/// The position of a log that is named directly: its folder's name and its own.
+/// The place of a log that is named directly: FOLDER/FILE, without the folders above it.
 std::string PlaceOfLog(const fs::path& log) {
   const fs::path whole = WholePath(log);
   return (whole.parent_path().filename() / whole.filename()).generic_string();

@@ -21,7 +21,7 @@ namespace {
 
 // Chosen: exchange stops at a local optimum, so the best of 12 starts is taken.
 constexpr int kStarts = 12;
-// Chosen: most rounds in which the weights are adapted to the σ that they led to.
+// Chosen: at most so many rounds, each of which adapts the weights to the σ of the round before.
 constexpr int kWeightRounds = 8;
 // Chosen: after so many rounds without a better program the weights no longer improve it.
 constexpr int kIdleRounds = 3;

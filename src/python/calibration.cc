@@ -140,7 +140,8 @@ py::array OutputLike(const Doubles& readings, const std::optional<py::array>& ou
   const bool is_apart = !before(from, readings.data() + readings.size()) ||
                         !before(readings.data(), from + readings.size());
   if (from != readings.data() && !is_apart) {
-    RaiseUsage("out overlaps the readings; give the readings themselves, or another array");
+    RaiseUsage(
+        "`out` overlaps the readings; for `out` give the readings themselves or a separate array");
   }
   return *out;
 }

@@ -386,15 +386,16 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
     residuals.DrawAxis(axis, &frame, &svg);
   }
   DrawNormalPlot(residuals.Normalized(), {560.0, kPanel.top, 190.0, all}, &svg);
-  return {svg.Finish(),
-          title +
-              ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
-              "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
-              "Right: " +
-              (triad == Triad::kGyroscope ? "axes" : "lengths") +
-              " in σ against the normal distribution, dashed if both agree; far ones on the edge "
-              "with their value.",
-          std::string(TriadName(triad))};
+  return {
+      svg.Finish(),
+      title +
+          ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
+          "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
+          "Right: " +
+          (triad == Triad::kGyroscope ? "axes" : "lengths") +
+          " in σ against the normal distribution: on the dashed line if both agree; far ones on "
+          "the edge, with their value.",
+      std::string(TriadName(triad))};
 }
 
 Drawing TurnDrawing(const RestQuality& quality) {

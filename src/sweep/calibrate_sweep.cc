@@ -50,8 +50,9 @@ void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance)
   covariance->matrix(places, places) = known.covariance.matrix(known_places, known_places);
 }
 
-// Compares gravity, which the static calibration measures in the sweep at its own temperature, with
-// the reference: unset for an error by chance, a refusal for one beyond what ageing explains.
+// Applies the static calibration to the sweep's reading at the temperature of that calibration, and
+// compares the result with gravity. Unset if the error may be chance, a refusal if ageing cannot
+// explain it, else a warning.
 std::optional<Finding> MissedGravity(const Calibration& calibration,
                                      const TriadSweep& swept,
                                      const std::string& static_file) {

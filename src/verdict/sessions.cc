@@ -120,7 +120,7 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved) {
         Finding(FindingCode::kSessions,
                 std::string(TriadName(scatter.triad)) + ": each of " +
                     std::to_string(scatter.sessions) +
-                    " sessions has a bias of its own, and the stated one is their mean, with the σ "
+                    " sessions has a bias of its own, and the reported one is their mean, with the σ "
                     "of that mean; after the next switch-on the bias differs from it by " +
                     Format("%.2g ", most) + unit + " (1 σ, worst axis)")
             .About(scatter.triad)

@@ -385,7 +385,7 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(warnings_,
               ElementsAre(AllOf(HasSubstr("does not lift the decision of R. Roe (FAIL: bent)"),
-                                HasSubstr("only the time of its file states when"),
+                                HasSubstr("its time of measurement is known only from"),
                                 HasSubstr("`truetriad fleet dispose u0 --store="))));
   units_[0].recorded = "2999-11-25T12:00:00Z";
   warnings_.clear();

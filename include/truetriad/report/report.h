@@ -49,7 +49,8 @@ struct Drawing {
 struct ReportSources {
   const PoseSet* poses = nullptr;  ///< The input: the recording over time.
   std::vector<Drawing> noise;      ///< Of the recording of the noise at rest.
-  /// An earlier page of the same calibration, from which missing sources are copied; may be empty.
+  /// An earlier page of the same calibration; drawings of sources that it has are copied. May be
+  /// empty.
   std::string_view earlier_page = {};
 };
 

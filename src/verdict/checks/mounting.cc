@@ -213,8 +213,8 @@ Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
   return {Finding(FindingCode::kHandAssumed,
                   Format("magnetometer: a dip of %.2g", dip_rad / kRadPerDeg) +
                       (sigma_rad > 0.0 ? Format(" ± %.1g", sigma_rad / kRadPerDeg) : "") +
-                      " deg does not determine its sign: reversed in all axes, " +
-                      (is_right ? "left" : "right") + "-handed, it fits the readings equally well",
+                      " deg leaves the sensor's sign open: with all axes reversed (" +
+                      (is_right ? "left" : "right") + "-handed), it fits the readings equally well",
                   "state its `mounting`, or check one heading")
               .About(Triad::kMagnetometer)
               .With("dip", dip_rad / kRadPerDeg, "deg")};

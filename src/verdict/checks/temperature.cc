@@ -141,8 +141,9 @@ Findings CheckDrift(const SettledRun&, const SolvedRun& solved) {
         Finding(FindingCode::kBiasDrift,
                 std::string(TriadName(triad)) +
                     Format(": the bias differs between temperatures by %.2g ", sigma) + unit +
-                    " (σ) more than the temperature terms explain; σ treat this as independent at "
-                    "each: the bias drifts, the order is too low, or the curve has a knee",
+                    " (1 σ) more than the temperature terms explain: the bias drifts, the order is "
+                    "too low, or the curve has a knee; reported σ allow for it, independent at "
+                    "each temperature",
                 "record a sweep with `knots`, which shows it")
             .About(triad)
             .With("drift", sigma, unit));

@@ -203,7 +203,7 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
              FindingCode::kWrongUnit,
              Format("the temperature is %.6g", range[0]) + Format(" to %.6g degC: ", range[1]) +
                  (is_kelvin ? "looks like K labelled degC" : "looks like counts labelled degC"),
-             "state its unit (of a register that overflows, `wrap_bits`), or leave the column out; "
+             "state its unit, or `wrap_bits` if its register overflows, or leave the column out; "
              "`units: trust` takes it as it is")
       .With("lowest", range[0], "degC")
       .With("highest", range[1], "degC");

@@ -105,7 +105,7 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
   if (arguments.instance && !candidates.empty()) {
     return Error(ErrorCode::kInvalidArgument,
                  "--instance=" + std::to_string(*arguments.instance) +
-                     ": no such instance; there are fewer topics of one kind");
+                     ": no such instance; no type has that many topics (the first is 0)");
   }
   return Error(ErrorCode::kNoReadings,
                {arguments.inputs[0]},

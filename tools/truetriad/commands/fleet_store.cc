@@ -218,8 +218,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;  // Each warning takes several lines.
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and give the run of the other up by `truetriad fleet "
-         "dispose SERIAL --store=" +
+         "; find out which unit was measured, and give up the run of the other unit with "
+         "`truetriad fleet dispose SERIAL --store=" +
          fleet::ShownStore(FLAGS_store) +
          " --who=NAME --verdict=FAIL --wrong-serial --run=RUN --why=WHY`");
   }
