@@ -8,10 +8,10 @@
 
 namespace truetriad {
 
-/// The content of calibration.yaml as that of calibration.json.
+/// A calibration as in calibration.json, with the same content as calibration.yaml.
 Json CalibrationTree(const Calibration& calibration);
 
-/// `tree` with whole numbers without a point, and null for those that are not finite.
+/// `tree` with its whole numbers as integers, and null in place of numbers that are not finite.
 Json AsInYaml(Json tree);
 
 /// A YAML text as JSON; numbers that are not finite become null. A text that is not YAML by itself,
