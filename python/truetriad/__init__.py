@@ -14,7 +14,7 @@ temperature in degC.
 class Error(Exception):
     """Why something failed.
 
-    code: "missing-column", …, docs/reasons.md. message: all of it. file, line, column: where, or None.
+    code: "missing-column", … (docs/reasons.md). message: the whole text. file, line, column: the place, or None.
     """
 
     code = ""
@@ -33,12 +33,12 @@ class BadInput(Error):
 
 
 class NotEnough(Error):
-    """The data do not determine what was asked for (exit code 3). `calibrate` raises it only where there
-    is no calibration to speak of; else it returns one that is not usable."""
+    """The data do not determine what was asked for (exit code 3). `calibrate` raises it only if the
+    recording leads to no experiment; else it returns a calibration that is not usable."""
 
 
 def _find_module():
-    """In a checkout the built module lies in its build folder."""
+    """Adds a checkout's build folder to the package's path, unless the built module is found without."""
     import importlib.util
     import pathlib
     if importlib.util.find_spec("._truetriad", __name__) is None:

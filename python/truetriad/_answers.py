@@ -1,17 +1,17 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What verbs other than calibrate return."""
+"""The results of the verbs other than calibrate."""
 
 
 class Covariance:
     """names: parameters, as "accelerometer.bias.x". matrix: (n, n) float64, in the product of their units;
-    singular where entries are fixed or tied."""
+    singular if entries are fixed or tied."""
 
     def __init__(self, names, matrix):
         self.names = names
         self.matrix = matrix
 
     def __getitem__(self, pair):
-        """Of two parameters: covariance["accelerometer.bias.x", "accelerometer.bias.y"]."""
+        """The covariance of two parameters: covariance["accelerometer.bias.x", "accelerometer.bias.y"]."""
         a, b = pair
         return float(self.matrix[self._index(a), self._index(b)])
 
@@ -53,7 +53,7 @@ class _Answer:
         return self._dict
 
     def report(self, path):
-        """Writes it as one HTML page."""
+        """Writes the report as one HTML page."""
         self._core.report(path)
 
     def __getitem__(self, key):
@@ -71,13 +71,13 @@ class Evaluation(_Answer):
 
     @property
     def verdict(self):
-        """"as-predicted", "worse", "no-test" (it was made from this recording), "no-prediction" or
+        """"as-predicted", "worse", "no-test" (made from this recording), "no-prediction" or
         "not-evaluated"."""
         return self["verdict"]
 
 
 class Comparison(_Answer):
-    """Two calibrations, after taking out the gauge."""
+    """Two calibrations, compared in one body frame."""
 
     @property
     def verdict(self):
@@ -86,13 +86,13 @@ class Comparison(_Answer):
 
 
 class Plan(_Answer):
-    """Which poses to take, and what comes of them."""
+    """Which poses to take, and the sigmas that they lead to."""
 
     @property
     def met(self):
-        """Everything is determined and every wanted sigma is reached."""
+        """Whether every parameter is determined, the calibration would run, and every wanted sigma is reached."""
         return self["met"]
 
 
 class AllanDeviation(_Answer):
-    """Noise of each axis at rest."""
+    """Noise of each axis of a unit at rest."""

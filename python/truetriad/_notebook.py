@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What a Calibration shows in a notebook. pandas and matplotlib are imported when they are asked for."""
+"""What a Calibration shows in a notebook. pandas and matplotlib are imported only when they are needed."""
 import html
 
 SENSORS = ("accelerometer", "gyroscope", "magnetometer")
-# Columns of a row of quality.pose_residuals.
+# Column numbers in a row of quality.pose_residuals.
 POSE, SENSOR, ERROR, ERROR_BEFORE = 0, 1, 5, 6
 
 
 def _repr_html_(self):
-    """Verdict, and each sensor's bias and gain of each axis with their sigma."""
+    """Verdict, and bias and gain of each axis of each sensor with their sigma."""
     rows = ""
     sensors = self.to_dict()["sensors"] if self.usable else {}
     for name, sensor in sensors.items():
@@ -24,7 +24,7 @@ def _repr_html_(self):
 
 
 def _value(tree, name):
-    """The value of a parameter by the name that the covariance gives it; NaN where there is none."""
+    """The value of a parameter by the name that the covariance gives it; NaN if there is none."""
     words = name.split(".")
     node = tree if words[0] == "reference" else tree["sensors"]
     for word in words:
@@ -48,8 +48,8 @@ def to_frame(self):
 
 
 def plot(self):
-    """A matplotlib figure: for each vector sensor by how much the length of its reading at each pose misses gravity
-    or the field, before and after."""
+    """A matplotlib figure: for accelerometer and magnetometer by how much the length of the reading at each pose misses
+    gravity or the field, before and after calibration."""
     import matplotlib.pyplot as plt
     rows = [row for row in self.to_dict()["quality"].get("pose_residuals", []) if row[ERROR] is not None]
     shown = [name for name in SENSORS if name != "gyroscope" and any(row[SENSOR] == name for row in rows)]

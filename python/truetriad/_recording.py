@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings in memory. NumPy is imported when the first is made."""
+"""Recordings in memory. NumPy is imported when the first Recording is made."""
 from types import MappingProxyType
 
 from . import Usage, _truetriad
@@ -10,7 +10,7 @@ _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def _column(name):
-    """("accel", "x", None, "m/s^2", None) of "accel_x[m/s^2]"; None of another name."""
+    """The parts of a column's name: ("accel", "x", None, "m/s^2", None) of "accel_x[m/s^2]"; None of other names."""
     import re
     match = re.fullmatch(r"(?:(accel|gyro|mag)_([xyz])|(time|temperature))\[(.+)\]|(pose)", str(name))
     return match and match.groups()
@@ -33,11 +33,11 @@ class Recording:
     where the unit moves. "time_ns" (integers) in place of "time" is exact. Rows with NaN readings are
     dropped, as empty fields are.
 
-    The arrays are copied and then read-only: what is changed afterwards changes no calibration.
+    The arrays are copied, and the copies are read-only: later changes of yours change no calibration.
     Masked values are NaN. time may hold datetime64 or timedelta64.
 
-    units: unit of each sensor, {"gyroscope": "deg/s"}; else m/s^2, rad/s and uT must be stated, too:
-    a unit is never guessed. rate_hz: in place of time, for even times.
+    units: unit of each sensor, {"gyroscope": "deg/s"}; m/s^2, rad/s and uT must be stated, too: a unit is
+    never guessed. rate_hz: in place of time, for even times.
     name stands for the file in messages and results.
     """
 
@@ -80,7 +80,7 @@ class Recording:
                 raise _fail(f"{name}: the {sensor} has no unit; state it, as in "
                             f"units={{\"{sensor}\": \"{_EXAMPLE[sensor]}\"}}")
             common = dict(shared)
-            if "time" in stated or "time_ns" in stated:  # In place of the shared one.
+            if "time" in stated or "time_ns" in stated:  # Instead of the shared time.
                 common.pop("time", None), common.pop("time_ns", None)
             sensors[sensor] = MappingProxyType(self._stream(sensor, {**common, **stated}, unit, rate_hz))
         self.sensors = MappingProxyType(sensors)
@@ -132,12 +132,12 @@ class Recording:
         raise AttributeError(sensor)
 
     def time(self, sensor):
-        """(N,), s; None without times."""
+        """Times of the sensor's readings, (N,), s; None without times."""
         time_ns = self.sensors[sensor].get("time_ns")
         return None if time_ns is None else time_ns * 1e-9
 
     def temperature(self, sensor):
-        """(N,), degC; None where there is none."""
+        """Temperatures at the sensor's readings, (N,), degC; None without temperature."""
         return self.sensors[sensor].get("temperature")
 
     def save(self, folder):
@@ -145,7 +145,7 @@ class Recording:
         return self._core().save(folder)
 
     def _core(self):
-        """The same for C++, which copies it."""
+        """The recording for C++, which copies the arrays."""
         key = self.name, self.serial
         made, core = self.__dict__.get("_made", (None, None))
         if made != key:
@@ -175,12 +175,12 @@ def _again(data, name, serial):
 
 
 def _is_number(value):
-    """One number, of Python or NumPy."""
+    """Whether it is one number, of Python or NumPy."""
     return isinstance(value, (int, float)) or getattr(value, "shape", None) == () and hasattr(value, "__float__")
 
 
 def _integers(values, what, type_):
-    """As an array of type_; refuses what is no integer or does not fit."""
+    """The values as an array of type_; refuses values that are no integers or do not fit."""
     import numpy as np
     array = np.asarray(values)
     if array.dtype.kind not in "iu" or np.ma.isMaskedArray(values):
@@ -196,7 +196,7 @@ def _integers(values, what, type_):
 
 
 def _nanoseconds(values, what):
-    """(N,) integers of times in s, datetime64 or timedelta64."""
+    """Times in s, datetime64 or timedelta64 as (N,) integers, ns."""
     import numpy as np
     array = np.asarray(values)
     if array.dtype.kind in "mM":
@@ -208,7 +208,7 @@ def _nanoseconds(values, what):
             raise _fail(f"{what}: times are of a finer unit than ns, or too far from 1970 for it")
         return in_ns.astype(np.int64)
     time = _truetriad.numbers(values, f"{what}, time")
-    wrong = ~(np.abs(time) < 9.2e9)  # In ns it still fits into 64 bits.
+    wrong = ~(np.abs(time) < 9.2e9)  # In ns such times still fit into 64 bits.
     if wrong.any():
         raise _fail(f"{what}, row {wrong.argmax()}: time is {time[wrong][0]}; expected seconds"
                     ", with none missing")
@@ -242,7 +242,7 @@ def _columns(table, units):
                 raise _fail(f"column `{column}` is a second time; leave one out")
             if unit == "ns" and np.asarray(values).dtype.kind in "iu":
                 data["time_ns"] = values
-            elif np.asarray(values).dtype.kind in "mM":  # Knows its unit.
+            elif np.asarray(values).dtype.kind in "mM":  # These types have a unit of their own.
                 data["time"] = values
             else:
                 data["time"] = _truetriad.numbers(values, f"column `{column}`") * _SECONDS[unit]

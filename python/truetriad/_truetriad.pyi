@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# The classes of the compiled module that users see; the rest of it is private.
+# The classes of the compiled module that users see; its other contents are private.
 from os import PathLike
 from typing import Any, Mapping, Sequence
 
@@ -93,4 +93,4 @@ class Calibration:
     def to_frame(self) -> Any:
         """A pandas DataFrame: `value` and `sigma` of each parameter of the covariance."""
     def plot(self) -> Any:
-        """A matplotlib figure: error of the length of each pose's reading, before and after."""
+        """A matplotlib figure: error of the length of each pose's reading, before and after calibration."""

@@ -11,16 +11,16 @@ def calibrate(recording=None, config=None, *, set=None, units=None, folder=None,
     """Calibrates as `truetriad calibrate` does: the same recording and config give the same bytes.
 
     recording: path of a log, a Recording, what a Recording is made of (arrays, a DataFrame; with units=),
-        or a list of such, sessions of one unit. None: what the config names.
+        or a list of these: sessions of one unit. None: the recordings that the config names.
     config: None (every sensor in the recording, with defaults), path of an experiment, or a dict with its
         keys (docs/experiments.md; paths in it are relative to the current folder).
     set: {"reference.gravity_mps2": 9.81}, keys that replace those of the config, as --set.
-    folder: where the result will lie, to which the path of the recording in it is relative, as -o. Without a
-        config alone; default: LOG.truetriad.
+    folder: where the result will lie, as -o: paths of recordings in the result are relative to it. Only
+        without a config; default: LOG.truetriad.
     progress: called with the share of the recording that is read, 0…1, a few times a second.
 
-    Returns a Calibration. Data that do not determine it are no exception: usable is then False and
-    findings say why. Raises BadInput, Usage, or NotEnough where the recording leads to no experiment.
+    Returns a Calibration. Data that do not determine it raise no exception: usable is then False and
+    findings say why. Raises BadInput, Usage, or NotEnough if the recording leads to no experiment.
     """
     files, recordings = _inputs(recording, units)
     folder = None if folder is None else _path(folder, "folder")
@@ -36,7 +36,7 @@ def evaluate(calibration, recording, *, units=None, poses="", progress=None):
     """How good a calibration (or the path of one) is on a recording that it was not made from.
 
     poses: where they are, as --poses: "detect", "every_row", "column:NAME", ….
-    Raises NotEnough where no poses are found.
+    Raises NotEnough if no poses are found.
     """
     files, recordings = _inputs(recording, units)
     if len(files) + len(recordings) != 1:
@@ -51,7 +51,7 @@ def compare(a, b):
 
 def plan(config, measured=None, *, set=None, progress=None):
     """Which poses to take, and how good the calibration will be. config: as calibrate's, with `plan:`.
-    measured: path of a recording of poses that are already taken, of whose reading progress tells."""
+    measured: path of a recording of poses that are already taken; progress is called as it is read."""
     measured = b"" if measured is None else _path(measured, "measured")
     return Plan(_truetriad.plan(_document(config, set), measured, _callable(progress)))
 
@@ -77,9 +77,9 @@ def allan(recording, rate_hz=None, *, sensor="gyroscope", unit="rad/s", progress
 
 
 def simulate(scenario, *, set=None, unit=0, progress=None):
-    """What a unit with known errors records. scenario: path, or a dict with its keys (docs/simulation.md).
+    """Simulates what a unit with known errors records. scenario: path, or dict with its keys (docs/simulation.md).
 
-    unit: which of the scenario's `count`, from 0. Returns (Recording, Calibration), the second being the truth.
+    unit: one of the scenario's `count` units, from 0. Returns (Recording, Calibration): the latter is the truth.
     """
     unit = _unit_of(unit)
     serial, streams, truth = _truetriad.simulate(_document(scenario, set), unit, _callable(progress))
@@ -92,7 +92,7 @@ def simulate(scenario, *, set=None, unit=0, progress=None):
 
 
 def _inputs(recording, units):
-    """Files, or recordings in memory."""
+    """The input as (paths of files, recordings in memory), one of them empty."""
     if recording is None:
         return [], []
     several = list(recording) if isinstance(recording, (list, tuple)) else [recording]
@@ -120,7 +120,7 @@ def _is_path(value):
 
 
 def _path(value, what):
-    """Its bytes: names of files need not be UTF-8."""
+    """The bytes of a path: names of files need not be UTF-8."""
     if not _is_path(value):
         raise _fail(f"{what} is of the type {type(value).__name__}; expected a path")
     name = os.fsencode(value)
@@ -147,7 +147,7 @@ def _unit_of(unit):
 
 
 def _plain(value):
-    """What JSON does not know: paths, NumPy's numbers and arrays."""
+    """Values that JSON does not know, as those that it knows: paths, NumPy's numbers and arrays."""
     if _is_path(value):
         return os.fsdecode(value)
     if hasattr(value, "tolist"):
@@ -163,7 +163,7 @@ def _document(config, overrides):
     elif config is None:
         path, text = None, None
     elif hasattr(config, "keys"):
-        # A line a value, so that an error's line says which. JSON is YAML.
+        # One value per line, so that the line of an error identifies the value. JSON is YAML.
         path, text = None, _json(dict(config), indent=1)
     else:
         raise _fail(f"a config is a path or a dict; not {type(config).__name__}")

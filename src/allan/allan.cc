@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// In the longest stretch: up to a quarter of it, m = 25, there are 12 points for five strengths.
+/// Of the longest stretch: up to a quarter of it, m = 25, the curve has 12 points for 5 strengths.
 constexpr std::int64_t kFewestSamples = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
@@ -77,7 +77,7 @@ class StreamAnalysis {
 
  private:
   double SpacingSeconds() const { return even_.spacing_ns() * ns_per_stamp_ * 1e-9; }
-  /// A time of the stream since its first sample.
+  /// A time stamp of the stream, in seconds since its first sample, as text.
   std::string Seconds(std::int64_t stamp) const {
     return Number(static_cast<double>(stamp - monitor_.first_ns()) * ns_per_stamp_ * 1e-9, 6) +
            " s";
@@ -116,15 +116,15 @@ class StreamAnalysis {
   std::vector<AllanCurve> curves_;
   std::vector<AxisWatch> watches_;  ///< One per axis once the rate is known.
   HoldWatch hold_;
-  std::array<bool, 3> is_described_{};  ///< By the four noises.
+  std::array<bool, 3> is_described_{};  ///< Whether the noises fit the axis' curve.
   std::vector<std::string> warnings_;
   std::vector<std::string> doubts_;  ///< About coefficients.
 };
 
 void StreamAnalysis::Take(const EvenReadings& readings) {
   if (watches_.empty()) {
-    // Windows of a second show a knock as well as a slow turn; the σ of a variance of fewer than 32
-    // samples exceeds 25 %.
+    // Windows of one second show a knock as well as a slow turn. They have at least 32 samples: the
+    // σ of a variance from fewer exceeds 25 % of it.
     const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
     watches_.assign(3, AxisWatch(static_cast<std::size_t>(std::llround(a_second))));
@@ -213,7 +213,7 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
          "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
          "ones are not filled");
   }
-  // Filled samples of less than 1 % do not show in the curve.
+  // If fewer than 1 % of the samples are filled, this does not show in the curve.
   if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
     Warn(Name(),
          std::to_string(result.filled_samples) +
@@ -234,7 +234,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
   const AllanFit fit = FitNoises(estimates);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
-  // The negative share of a filter does not hold for the factors before the fit.
+  // A negative quantisation stands for a filter and does not hold before the fitted factors.
   const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (Eigen::Index i = 0; i < estimates.variances.size(); ++i) {
     const double expected = strengths.dot(UnitAllanVariance(estimates.m(i)));
@@ -322,7 +322,7 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
 std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
   std::string jumping_axes, swaying_axes;
   AxisWatch::Verdict worst;
-  bool shows = false;  // In the curve.
+  bool shows = false;  // The disturbance is visible in the curve.
   for (std::size_t i = 0; i < 3; ++i) {
     if (result.axes[i].points.empty()) continue;
     const bool rises = RisesFar(result.axes[i]);
@@ -336,8 +336,8 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
       shows = shows || rises || 200 * rest.disturbed > rest.windows;
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
-    // The windows of a unit that is never still are all alike, but its curve rises. That of a
-    // random walk rises too, but the fit describes it.
+    // If a unit is never still, its windows are all alike, but its curve rises. The curve of a
+    // random walk rises, too, but the fit describes it.
     if (rises && !is_described_[i]) add(&swaying_axes);
   }
   if (!jumping_axes.empty()) {
@@ -362,7 +362,8 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
          "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
              "; short tau shows rounding rather than noise");
   }
-  // With noise as large as the step, 32 readings (the shortest window) are equal once in 10^13.
+  // With noise as large as the resolution, 32 readings (the shortest window) are equal by chance
+  // once in 10^13.
   if (seen.constant > 0 && seen.sigma > step) {
     Warn(Name(axis),
          std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +
@@ -370,8 +371,8 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
              ": the sensor froze, or lost samples were repeated; N is too low and K is wrong: "
              "cut these parts out");
   }
-  // Normal noise cut at 2.6 sigma puts 0.5 % of the readings on the limit; noise that is rounded
-  // reads its furthest value a few times in any log.
+  // Normal noise clipped at 2.6 sigma puts 0.5 % of the readings on the limit; rounded noise
+  // reaches its extreme value only a few times in any log.
   if (seen.sigma > 2.0 * step && seen.at_extreme >= 5 &&
       200 * seen.at_extreme > monitor_.samples()) {
     Warn(Name(axis),

@@ -9,8 +9,8 @@
 namespace truetriad {
 namespace {
 
-// The largest factor of a level, in its strides: neighbouring differences of the smallest one share
-// all but a 64th of their samples, so that further ones would add no information.
+// The largest factor of a level, in strides. Neighbouring second differences of its smallest factor
+// (64 strides) share all but 1/64 of their samples: more of them would add no information.
 constexpr std::int64_t kStrides = 128;
 // Sums of a level that are evaluated at a time: 16 kB, half of a first-level cache.
 constexpr std::size_t kBatch = 2048;

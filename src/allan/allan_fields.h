@@ -50,7 +50,7 @@ void Fields(V& visit, Like<AllanPoint> auto& point) {
   visit("terms", point.terms);
 }
 
-/// A coefficient, in a unit that is derived from its sensor's.
+/// A coefficient with its unit, which is derived from the unit of its sensor.
 template <typename T>
 struct InUnit {
   T of;
@@ -74,7 +74,7 @@ void Fields(V& visit, Like<InUnit<Interval>> auto& coefficient) {
   UnitField(visit, coefficient.unit);
 }
 
-/// N, and where it was fitted.
+/// The noise density N, and the range of tau in which it was fitted.
 struct StatedWhite {
   Interval density;
   std::optional<std::array<double, 2>> range_s;
@@ -104,7 +104,7 @@ void Fields(V& visit, Like<InUnit<BiasInstability>> auto& instability) {
   visit("at_end", instability.of.at_end);
 }
 
-/// A coefficient, where the data show it.
+/// The field of a coefficient, present if the data show it.
 template <class V, typename Optional>
 void CoefficientField(V& visit,
                       std::string_view key,
@@ -118,7 +118,7 @@ void CoefficientField(V& visit,
   }
 }
 
-/// A coefficient's value for one sample, for simulations and filters in steps of one sample.
+/// Writes a coefficient converted to steps of one sample, as simulations and filters need it.
 template <class V, typename Scaling>
 void SampleField(V& visit,
                  std::string_view key,

@@ -15,11 +15,11 @@
 namespace truetriad {
 namespace {
 
-/// With fewer degrees of freedom a deviation's σ is above 25 %, so that it may be least by chance.
+/// With fewer degrees of freedom a deviation's σ exceeds 25 %: it may be the minimum by chance.
 constexpr double kFewestFreedomsOfMinimum = 8.0;
-/// A noise is shown when it is this many sigmas above zero, which chance hardly ever makes, and a
-/// curve follows the fit when every point is within so many. The estimates at long factors are
-/// skewed, so that three sigmas would not suffice.
+/// A noise is shown if it is this many sigmas above zero, which chance hardly ever causes; a curve
+/// follows the fit if every point is within as many sigmas. Three would not suffice, since the
+/// estimates at long factors are skewed.
 constexpr double kMostSigmas = 4.0;
 /// A point also follows the fit when it is this close: 6 % of the variance is 3 % of the deviation,
 /// finer than any use of a noise density.
@@ -28,12 +28,12 @@ constexpr double kVarianceTolerance = 0.06;
 constexpr Eigen::Index kFewestPoints = 8;
 /// Chosen: neither a filter nor rounding affects larger factors.
 constexpr double kLatestFilter = 100.0;
-/// Share of the white noise that a filter may take at the first factor. A first-order filter of
-/// time constant T takes 1.5 T / tau - 2 exp(-tau / T) T / tau: 0.3 is five time constants, where
-/// the second part is 0.3 %. A mean of L samples takes L / 2m from m = L on.
+/// Share of the white noise that a filter may remove at the first factor. A first-order filter of
+/// time constant T removes 1.5 T / tau - 2 exp(-tau / T) T / tau: 0.3 at tau = 5 T, where the
+/// second term is 0.3 %. A mean of L samples removes L / 2m at m >= L.
 constexpr double kMostFiltered = 0.3;
-/// A strength whose interval spans more than a decade is not stated: with two degrees of freedom
-/// the 95 % interval of the deviation spans a factor of 12.
+/// A strength with fewer degrees of freedom is not stated: with two the 95 % interval of the
+/// deviation spans a factor of 12.
 constexpr double kFewestTermFreedoms = 2.0;
 
 using Used = std::array<bool, kNoiseTerms>;
@@ -45,7 +45,7 @@ struct LinearFit {
   Eigen::Matrix<double, kNoiseTerms, Eigen::Dynamic> estimator;
 };
 
-/// The points of a fit.
+/// The fit of the terms to the points of one range.
 class Problem {
  public:
   Problem(const AllanEstimates& estimates, const FactorRange& range)
@@ -57,7 +57,7 @@ class Problem {
     for (Eigen::Index i = 0; i < basis_.rows(); ++i) {
       const AllanFactor& factor = estimates.factors[static_cast<std::size_t>(range.begin + i)];
       basis_.row(i) = UnitAllanVariance(static_cast<double>(factor.m)).transpose();
-      // White noise has about this variance of an estimate, relative to its square.
+      // Approximate relative variance of an estimate for white noise.
       relative_[i] = 1.5 * static_cast<double>(factor.m) /
                      (static_cast<double>(factor.terms) * static_cast<double>(factor.stride));
     }
@@ -95,12 +95,12 @@ class Problem {
         allowed[j] = strength != 0.0;
       }
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        // A late fit keeps this term, which stands for the noises left out at its first points.
+        // A late fit keeps quantisation, which stands for noises that act only at its first points.
         if (!allowed[j] || (j == kQuantisation && range_.begin > 0)) continue;
         Used without = allowed;
         without[j] = false;
         const NoiseStrengths null = Fit(without).strengths;
-        if (null.isZero(0.0)) continue;  // The only noise: it is there.
+        if (null.isZero(0.0)) continue;  // The only noise cannot be absent.
         const auto term = static_cast<NoiseTerm>(j);
         const double sigmas = std::max(std::abs(fit.strengths[term]) / Sigma(fit, term, null),
                                        Distances(null).maxCoeff());
@@ -118,7 +118,7 @@ class Problem {
         std::max(0.0, row.dot(covariance_.Matrix(range_.begin, range_.end, strengths) * row)));
   }
 
-  /// How far each point is from these noises, in sigmas of a normal distribution.
+  /// Distance of each point from the curve of `strengths`, in sigmas of a normal distribution.
   /// E. Wilson and M. Hilferty, "The distribution of chi-square", PNAS 1931.
   Eigen::ArrayXd Distances(const NoiseStrengths& strengths) const {
     const Eigen::ArrayXd expected = basis_ * strengths;
@@ -127,14 +127,14 @@ class Problem {
     return (roots - (1.0 - spread)).abs() / spread.sqrt();
   }
 
-  /// Largest distance of a point from these noises, in units of the tolerance.
+  /// Largest distance of a point from the curve of `strengths`, in units of the tolerance.
   double Worst(const NoiseStrengths& strengths) const {
     const Eigen::ArrayXd expected = basis_ * strengths;
     const Eigen::ArrayXd share = (variances_.array() - expected).abs() / expected;
     return (Distances(strengths) / kMostSigmas).min(share / kVarianceTolerance).maxCoeff();
   }
 
-  /// Root of the weighted scatter about the fit over its expectation, at least one.
+  /// Root of the weighted scatter about the fit over its expectation; 1 if chance explains it.
   double Misfit(const LinearFit& fit) const {
     const Eigen::MatrixXd covariance = covariance_.Matrix(range_.begin, range_.end, fit.strengths);
     const Eigen::VectorXd weights = Deviations(fit.strengths).cwiseAbs2().cwiseInverse();
@@ -185,12 +185,12 @@ class Problem {
         is_allowed = is_allowed && (used[j] == 0.0 || allowed[static_cast<std::size_t>(j)]);
       }
       if (!is_allowed) continue;
-      // Unused terms: rows of the identity with nothing on the right.
+      // Unused terms: rows of the identity with a right-hand side of zero.
       NoiseForm matrix = used.asDiagonal() * scaled * used.asDiagonal();
       matrix.diagonal() += NoiseStrengths::Ones() - used;
       const Eigen::LLT<NoiseForm> factored(matrix);
       const NoiseStrengths solution = factored.solve(used.cwiseProduct(right));
-      // The misfit falls by this much against no terms at all.
+      // Decrease of the weighted sum of squares against a fit without terms.
       const double gain = solution.dot(right);
       if (!(gain > most) || factored.info() != Eigen::Success) continue;
       const NoiseStrengths strengths = scale.cwiseProduct(solution);
@@ -203,7 +203,7 @@ class Problem {
     return best;
   }
 
-  /// Quantisation may be negative, for a filter's share, if the expected variances stay positive.
+  /// Only quantisation may be negative (a filter), if all expected variances stay positive.
   bool IsPossible(const NoiseStrengths& strengths) const {
     return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0 &&
            (strengths[kQuantisation] >= 0.0 || (basis_ * strengths).minCoeff() > 0.0);
@@ -245,8 +245,8 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
     const double sigma = result.misfit * problem.Sigma(fit, term, strengths);
     const double freedoms = FreedomsOf(strength, sigma);
     if (freedoms < kFewestTermFreedoms) continue;
-    // Quantisation over white noise falls as 1 / m: where more than two factors are left out, the
-    // cause is a filter.
+    // Relative to white noise, quantisation falls as 1 / m: if more than two factors are left out,
+    // a filter is the cause.
     if (term == kQuantisation && range.begin > 0 &&
         (range.begin > 2 || !(strength > kMostSigmas * sigma))) {
       continue;
@@ -269,7 +269,7 @@ FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
 }
 
 /// Of the fits over a decade or more that chance explains, the one in which white noise prevails
-/// over most decades; `whole` where it has more than twice as many. Without this, a cycle of 1.5 s
+/// over most decades, or `whole` if it has more than twice as many. Without this, a cycle of 1.5 s
 /// makes N 1.8 times too large (two of three simulated axes).
 AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) {
   AllanFit widest = whole;
@@ -277,7 +277,7 @@ AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) 
                      ? std::sqrt(Ratio(estimates, WhiteRange(estimates, whole)))
                      : 1.0;
   for (FactorRange range; range.begin < estimates.variances.size(); ++range.begin) {
-    // Each start goes on from the end at which the one before failed: shorter ranges are narrower.
+    // Each start continues from the end at which the last one failed: earlier ends are narrower.
     for (range.end = std::max(range.end, range.begin + kFewestPoints);
          range.end <= estimates.variances.size();
          ++range.end) {
@@ -294,9 +294,9 @@ AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) 
   return widest;
 }
 
-/// The longest part over which the curve has the slope -1/2, half a decade at a time, to within
-/// 0.1, as one would choose it by eye. Without this, two of three accelerometer axes of the
-/// ADIS16405, which have a cycle, show no N.
+/// The longest part in which the slope of the curve over each half decade is -1/2 to within 0.1, as
+/// one would choose it by eye. Without this, two of three accelerometer axes of the ADIS16405,
+/// which have a cycle, show no N.
 FactorRange WhitePart(const AllanEstimates& estimates) {
   const double half_decade = std::sqrt(10.0);
   const Eigen::VectorXd& variances = estimates.variances;
@@ -304,7 +304,7 @@ FactorRange WhitePart(const AllanEstimates& estimates) {
   for (Eigen::Index first = 0, last = 0; first < variances.size(); ++first) {
     while (last < variances.size() && estimates.m(last) < half_decade * estimates.m(first)) ++last;
     if (last == variances.size()) break;
-    // Half the slope of the variance is that of the deviation.
+    // The slope of the deviation is half that of the variance.
     const double slope = 0.5 * std::log(variances[last] / variances[first]) /
                          std::log(estimates.m(last) / estimates.m(first));
     if (!(std::abs(slope + 0.5) <= 0.1)) {
@@ -360,8 +360,8 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom) {
 AllanFit FitNoises(const AllanEstimates& estimates) {
   const Eigen::Index end = estimates.variances.size();
   if (end == 0 || !(estimates.variances.minCoeff() > 0.0)) return {};
-  // The first start from which on chance explains all points, else the first tolerated one, else
-  // the best.
+  // The fit from the first start at which chance explains it, else at which it is tolerable, else
+  // the best fit.
   const auto is_tolerable = [](const AllanFit& fit) { return fit.follows() && !fit.in_filter; };
   AllanFit best;
   for (Eigen::Index begin = 0;; ++begin) {
@@ -381,7 +381,7 @@ Interval FitWhite(const AllanEstimates& estimates, const FactorRange& range) {
   white[kWhite] = true;
   const Problem problem(estimates, range);
   const LinearFit fit = problem.Fit(white);
-  // In a range that is not of slope -1/2 throughout the scatter widens the interval.
+  // If the slope is not -1/2 throughout, the scatter about the fit widens the interval.
   const double misfit = range.end - range.begin > 1 ? problem.Misfit(fit) : 1.0;
   const double strength = fit.strengths[kWhite];
   return ChiSquareInterval(

@@ -56,7 +56,7 @@ struct Detail {
   std::string unit;
 };
 
-/// N in the units that data sheets use, where the unit of the readings is known.
+/// N in the units that data sheets use, if the unit of the readings is known.
 std::vector<Detail> DensityInCommonUnits(const AllanTriad& triad, double density_raw) {
   if (triad.unit.is_counts && !triad.si_per_count) return {};
   const double density = triad.si_per_count.value_or(triad.unit.truth_per_raw) * density_raw;
@@ -95,7 +95,7 @@ std::vector<Detail> DetailsOf(const AllanTriad& triad,
   return details;
 }
 
-/// Each coefficient and its interval, with details where an axis shows it.
+/// A row for each coefficient and for its interval, with details if an axis shows it.
 Table TableOf(const AllanTriad& triad) {
   const AllanScale scale = ShownScale(triad);
   Table table{.header = {"", "x", "y", "z", "unit"}, .alignment = "lrrrl", .rows = {}};
@@ -125,7 +125,7 @@ Table TableOf(const AllanTriad& triad) {
   return table;
 }
 
-/// The text on one triad: a sentence, and a table where it was at rest.
+/// The text on one triad: a sentence, and a table if it was at rest.
 std::pair<std::string, Table> WordsOf(const AllanTriad& triad) {
   const AllanScale scale = ShownScale(triad);
   std::string title(TriadName(triad.triad));
@@ -149,7 +149,7 @@ std::string TitleOf(const AllanResult& result) {
          (result.serial.empty() ? "" : ", unit " + result.serial);
 }
 
-/// The triads that were not at rest, each with the reason; empty where all were.
+/// The triads that were not at rest, each with the reason; empty if all were.
 std::vector<std::string> Disturbances(const AllanResult& result) {
   std::vector<std::string> disturbances;
   for (const AllanTriad& triad : result.triads) {
@@ -159,7 +159,7 @@ std::vector<std::string> Disturbances(const AllanResult& result) {
   return disturbances;
 }
 
-/// The warnings about the coefficients, and notes on those words of the tables that occur.
+/// The warnings about the coefficients, and notes that explain words of the tables.
 std::vector<Section> RemarksOf(const AllanResult& result) {
   Section warnings{"Warnings", {}}, notes{"Notes", {}};
   std::string hidden;
@@ -203,7 +203,7 @@ text{fill:#5b6675}.start{text-anchor:start}.middle{text-anchor:middle}.end{text-
 .fillN{fill:#d1690e}.fillB{fill:#1a7f37}.fillK{fill:#b3261e}.fillQ{fill:#7a3fb0}.bold{font-weight:600}
 )css";
 
-// User units, of which text is 12 high: three panels and the numbers on their left.
+// User units (text is 12 high): a panel, and the space beside and between panels.
 constexpr double kPanelWidth = 330.0, kPanelHeight = 300.0, kLeft = 78.0, kGap = 24.0,
                  kRight = 16.0;
 // Title and legend stand above the first row; a row has a title above its panels, and below them
@@ -284,7 +284,7 @@ std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& sca
   Range deviation = curve;
   for (const AllanAxis& axis : triad.axes) {
     for (const AllanCoefficient& coefficient : Coefficients(axis, scale)) {
-      // A mark further than 2.5 decades from the curve would flatten it; it stays outside.
+      // A mark more than 2.5 decades from the curve would flatten it and stays outside.
       const double mark = std::log10(coefficient.mark);
       if (mark > curve.low - 2.5 && mark < curve.high + 2.5) deviation.Add(mark);
     }

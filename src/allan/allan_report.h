@@ -11,12 +11,12 @@
 
 namespace truetriad {
 
-/// The words and the line of a coefficient in text, page and plot, whatever its value.
+/// How text, page and plot name and draw a coefficient, whatever its value.
 struct AllanCoefficientKind {
   char symbol = 'N';
   std::string_view name;        ///< "noise density".
   std::string_view per;         ///< What follows the unit of the readings: "/√Hz".
-  double slope = 0.0;           ///< Of its line in the plot.
+  double slope = 0.0;           ///< The slope of its line in the plot.
   double read_at_s = 0.0;       ///< The tau at which its line is read; unused for B.
   std::string_view line;        ///< "slope -1/2, read at 1 s".
   std::string_view why_hidden;  ///< A note about an axis that does not show it.
@@ -34,14 +34,14 @@ AllanScale ShownScale(const AllanTriad& triad);
 struct AllanCoefficient : AllanCoefficientKind {
   Interval value;
   std::string unit;          ///< "deg/s/√Hz".
-  bool upper_bound = false;  ///< Then "≤ " stands before its value.
-  double mark_tau_s = 1.0;   ///< Where its line is marked.
-  double mark = 0.0;         ///< Deviation of the line there.
+  bool upper_bound = false;  ///< The value is a bound, printed as "≤ 0.1".
+  double mark_tau_s = 1.0;   ///< The tau at which its line is marked.
+  double mark = 0.0;         ///< Deviation of the line at that tau.
 };
-/// Those that the data show, in the order N, B, K, Q.
+/// The coefficients that the data show, in the order N, B, K, Q.
 std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanScale& scale);
 
-/// Four significant digits.
+/// Value and interval with four significant digits.
 std::string ValueText(const AllanCoefficient& coefficient);
 std::string IntervalText(const AllanCoefficient& coefficient);
 
@@ -50,7 +50,7 @@ std::string IntervalText(const AllanCoefficient& coefficient);
 /// Counts are shown in true units when the recording states their scale. The page has the curves.
 VerbReport ReportOf(const AllanResult& result);
 
-/// The curves, for other pages.
+/// The curves as a figure for other pages.
 Drawing AllanDrawing(const AllanResult& result);
 
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the

@@ -51,9 +51,10 @@ double TriangleOverlap(double m, double n) {
   return m / (n * n) - beyond * beyond * beyond / (3.0 * m * m * n * n);
 }
 
-/// Covariance of the mean second differences of factors m <= n in a stretch, over m^2 n^2, times
-/// the second differences of both: that of the reading's change from one end to the other, each end
-/// averaged over a triangle. Flicker to leading order; quantisation has next to none.
+/// Covariance of the mean second differences of factors m <= n in a stretch, over m^2 n^2 and times
+/// the numbers of both second differences at stride 1: that of the reading's change from one end to
+/// the other, each end averaged over a triangle. Flicker to leading order; quantisation has next to
+/// none.
 NoiseStrengths ChangeOverStretch(double m, double n, double span) {
   return {0.0,
           2.0 * TriangleOverlap(m, n),
@@ -78,14 +79,14 @@ NoiseForm CovarianceForm(const AllanFactor& fine, const AllanFactor& coarse) {
   const std::int64_t lags = fine.m == coarse.m ? kLagsPerFactorItself : kLagsPerFactor;
   const std::int64_t step = std::max<std::int64_t>(fine.m / lags / fine.stride, 1) * fine.stride;
   const double lags_a_step = static_cast<double>(step) / static_cast<double>(fine.stride);
-  // White noise and walk end at the sum of the factors; flicker falls to 2 % at twice that.
+  // The covariances of white noise and walk end at lag m + n; flicker's falls to 2 % at twice that.
   for (std::int64_t lag = 0; lag <= 2 * (fine.m + coarse.m); lag += step) {
     const double count = pairs_at(lag);
     if (count <= 0.0) break;
     const NoiseStrengths covariance = Smooth(fine.m, coarse.m, lag);
     form += (lag == 0 ? 1.0 : 2.0) * lags_a_step * count * covariance * covariance.transpose();
   }
-  std::map<std::int64_t, double> quantisation;  // It is not zero only at few lags.
+  std::map<std::int64_t, double> quantisation;  // It differs from zero at few lags only.
   ForEachPair(fine.m, coarse.m, [&](double weight, std::int64_t shift) {
     quantisation[-shift] += weight / (2.0 * m * n);
   });

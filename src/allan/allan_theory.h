@@ -18,8 +18,8 @@ using NoiseStrengths = Eigen::Matrix<double, kNoiseTerms, 1>;
 using NoiseForm = Eigen::Matrix<double, kNoiseTerms, kNoiseTerms>;
 
 /// Allan variance at averaging factor `m` of each term of strength one, samples one unit of time
-/// apart: 3/m^2, 1/m, 2 ln 2/pi, m/3 + 1/(6 m) and m^2/2. The walk is one that is sampled, as
-/// sensors and simulators do; the textbook's m/3 is that of a walk averaged over each sample.
+/// apart: 3/m^2, 1/m, 2 ln 2/pi, m/3 + 1/(6 m) and m^2/2. The walk is sampled at instants, as by
+/// sensors and simulators; the textbook's m/3 holds for a walk averaged over each sample.
 NoiseStrengths UnitAllanVariance(double m);
 
 /// The covariance of the estimated Allan variances of one log, at all factors, for any mixture of
@@ -31,12 +31,12 @@ NoiseStrengths UnitAllanVariance(double m);
 ///
 /// where G is the generalised autocovariance of x: a delta for quantisation, -|t|/2 for white
 /// noise, t^2 ln|t| / 2 pi for flicker and (|t|^3 - |t|)/12 for the sampled walk. The covariance of
-/// two means of squares is twice the mean of the squared covariances over all pairs of terms.
-/// C. Greenhall and W. Riley, "Uncertainty of stability variances based on finite differences",
-/// PTTI 2003; the same theory as NIST SP 1065's degrees of freedom, without their approximations,
-/// for mixtures, and also between factors. The stretches are taken as equally long. A ramp R t adds
-/// R m^2 to each d_m, which is not random, but times the mean of the noise in d_m is; that mean is
-/// known from the two ends of a stretch.
+/// two means of squares is twice the mean of the squared covariances over all pairs of terms. C.
+/// Greenhall and W. Riley, "Uncertainty of stability variances based on finite differences", PTTI
+/// 2003; the same theory as NIST SP 1065's degrees of freedom, without their approximations, for
+/// mixtures, and also between factors. All stretches are taken as equally long. A ramp R t adds the
+/// constant R m^2 to each d_m. Its product with the mean noise in d_m is random, and this mean
+/// follows from the two ends of a stretch.
 class AllanCovariance {
  public:
   explicit AllanCovariance(const std::vector<AllanFactor>& factors);
@@ -51,7 +51,7 @@ class AllanCovariance {
                          const NoiseStrengths& strengths) const;
 
  private:
-  /// Of factor i with itself and with larger factors; those far apart count as uncorrelated.
+  /// forms_[i]: of factor i with itself and larger ones; factors far apart count as uncorrelated.
   std::vector<std::vector<NoiseForm>> forms_;
 };
 

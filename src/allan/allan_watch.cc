@@ -9,16 +9,16 @@
 namespace truetriad {
 namespace {
 
-// 1024 spacings: their quantiles at 5 and 95 % rest on fifty each.
+// 1024 spacings: fifty lie below their 5 % quantile and fifty above their 95 % quantile.
 constexpr std::size_t kFirstSamples = 1025;
-/// Chosen: most missing samples in a row that a straight line fills; it lacks only their noise.
+/// Chosen: the most missing samples in a row that a straight line fills; only their noise is lost.
 constexpr std::int64_t kMostFilledSteps = 10;
-// Noise varies: windows of 32 samples reach three times the median variance once in 10^8, and steps
-// of Gaussian noise seven times their median once in 10^6. Both limits are twice that.
+// Limits over the medians. Windows of 32 samples reach three times the median variance once in
+// 10^8, steps of Gaussian noise seven times their median once in 10^6. Both limits are twice that.
 constexpr double kVarianceRatio = 6.0, kStepRatio = 14.0;
-// Where the mean wanders by more than the noise within a window, as a random walk does, the
-// variance of a window is nearly that of one Gaussian number: it reaches forty times its median
-// once in 10^10. The limit is twice that.
+// The limit if the mean wanders by more than the noise within a window, as a random walk does: the
+// variance of a window is then nearly that of one Gaussian number and reaches forty times its
+// median once in 10^10. The limit is twice that.
 constexpr double kWanderingVarianceRatio = 80.0;
 
 }  // namespace
@@ -41,8 +41,8 @@ void EvenStream::Settle() {
     spacings_ns.push_back(static_cast<double>(held_.time_ns[i] - held_.time_ns[i - 1]));
   }
   if (spacings_ns.empty()) return;
-  // The mean, since stamps in whole milliseconds alternate about it, but without the gaps. Stamps
-  // that come in bursts have a median of zero.
+  // The mean of the spacings without gaps, since spacings in whole milliseconds alternate about it.
+  // If stamps come in bursts the median is zero, and gaps are not recognised.
   const double median = LowerQuantile(spacings_ns, 0.5), late = LowerQuantile(spacings_ns, 0.95);
   double sum = 0.0, count = 0.0;
   for (const double spacing_ns : spacings_ns) {
@@ -172,7 +172,7 @@ void AxisWatch::FinishWindow(std::int64_t at_ns) {
 AxisWatch::Verdict AxisWatch::Judge() const {
   const double variance = variances_.all.Median(), step = steps_.all.Median();
   const double step_sigma = kMadToSigma * step;
-  // Where the mean is smooth, its steps are compared with those that the noise alone makes.
+  // If the mean is smooth, its steps are compared with those that the noise alone makes.
   const double expected_step =
       std::max(step, std::sqrt(2.0 * variance / static_cast<double>(window_)) / kMadToSigma);
   const std::int64_t loud = variances_.all.CountAbove(
@@ -205,8 +205,8 @@ void HoldWatch::Add(const EvenReadings& readings) {
 }
 
 std::optional<double> HoldWatch::SamplesHeld() const {
-  // Noise well above the step of the readings repeats on all axes at once in less than 1 % of the
-  // samples: at 5 % it is held. Axes of which each changes by chance seldom change together.
+  // With noise well above the resolution, all axes repeat at once in less than 1 % of the samples;
+  // from 5 % on, readings are held. Axes that each repeat by chance seldom change all at once.
   const auto changes = static_cast<double>(any_changes_);
   if (any_changes_ == 0 || static_cast<double>(holds_) < 0.05 * changes ||
       static_cast<double>(all_changes_) < 0.5 * changes) {

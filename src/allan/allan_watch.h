@@ -19,7 +19,7 @@ namespace truetriad {
 
 /// Readings that follow each other at equal spacings.
 struct EvenReadings {
-  std::vector<std::int64_t> end_ns;  ///< When each ends: a spacing after its time.
+  std::vector<std::int64_t> end_ns;  ///< The end of each: one spacing after its time stamp.
   std::array<std::vector<double>, 3> axes;
 };
 
@@ -30,7 +30,7 @@ struct EvenReadings {
 /// samples cannot be distinguished from late ones, nothing is filled and only long gaps count.
 class EvenStream {
  public:
-  /// `add` takes readings that follow those before, `end` is called where a stretch ends.
+  /// `add` takes the next readings of a stretch; `end` is called after the last of a stretch.
   EvenStream(std::function<void(const EvenReadings&)> add, std::function<void()> end)
       : add_(std::move(add)), end_(std::move(end)) {}
 
@@ -39,7 +39,7 @@ class EvenStream {
 
   /// Spacing of the first samples, ns; known once readings are passed on.
   double typical_ns() const { return typical_ns_; }
-  /// Mean over the stretches, ns; 0 with fewer than two samples in all of them or no time passing.
+  /// Mean spacing over the stretches, ns; 0 if none has two samples or no time passes.
   double spacing_ns() const {
     return intervals_ > 0 ? static_cast<double>(span_ns_) / static_cast<double>(intervals_) : 0.0;
   }
@@ -81,31 +81,31 @@ class SizeHistogram {
   std::int64_t count_ = 0;
 };
 
-/// Watches whether one axis rests: the noise within short windows and the steps of their means must
-/// be alike throughout. Counts windows of one constant reading, and the extremes.
+/// Watches whether one axis rests: the noise within short windows and the steps between their means
+/// must be similar throughout. Also counts windows of constant readings, and the extreme readings.
 class AxisWatch {
  public:
   /// `window`: samples per window, at least two.
   explicit AxisWatch(std::size_t window) : window_(window) {}
 
   void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
-  /// The next readings do not follow.
+  /// The next readings do not directly follow the last ones.
   void Break() { filled_ = 0, last_mean_.reset(); }
 
   struct Verdict {
     std::int64_t windows = 0;
     std::int64_t disturbed = 0;    ///< Windows with noise or a step far beyond the median.
-    std::int64_t worst_ns = 0;     ///< End of the worst of them.
-    double sigma = 0.0;            ///< Typical within a window, raw unit.
+    std::int64_t worst_ns = 0;     ///< End of the worst disturbed window.
+    double sigma = 0.0;            ///< Typical σ within a window, raw unit.
     std::int64_t constant = 0;     ///< Windows in which the readings do not change.
-    std::int64_t constant_ns = 0;  ///< End of the first of them.
+    std::int64_t constant_ns = 0;  ///< End of the first constant window.
     double extreme = 0.0;          ///< The largest or smallest reading, whichever is more frequent.
-    std::int64_t at_extreme = 0;   ///< Readings there.
+    std::int64_t at_extreme = 0;   ///< Number of readings of this value.
   };
   Verdict Judge() const;
 
  private:
-  /// Sizes of one kind, and when the largest was.
+  /// Variances or steps of the windows, and the time of the largest.
   struct Sizes {
     SizeHistogram all;
     double largest = 0.0;
@@ -130,12 +130,12 @@ class AxisWatch {
   Extreme top_, bottom_;
 };
 
-/// Watches whether the readings of a triad are each held for several samples: then all axes change
-/// together, and repeat together.
+/// Watches whether a triad repeats each reading for several samples: then all axes change together
+/// and repeat together.
 class HoldWatch {
  public:
   void Add(const EvenReadings& readings);
-  /// The next readings do not follow.
+  /// The next readings do not directly follow the last ones.
   void Break() { last_.reset(), is_held_ = false; }
   /// Mean number of samples that a held reading lasts; nullopt: readings are not held.
   std::optional<double> SamplesHeld() const;

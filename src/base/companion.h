@@ -24,7 +24,8 @@ Result<void*> CompanionFunction(const char* file_name, const char* function);
 // The path of a data file that is installed with the program, such as "magnetic/wmm2025.wmm": in
 // the folder that the environment variable TRUETRIAD_SHARE names, or else in share/truetriad beside
 // the running program (a build tree), beside its folder (an installed tree), or beside the module
-// that contains this code (Python). Error (bad input): there is none; it lists the places.
+// that contains this code (Python). Error (bad input): there is no such file; its message lists the
+// places.
 Result<std::string> FindSharedFile(std::string_view file_name);
 
 }  // namespace truetriad

@@ -8,7 +8,7 @@
 namespace truetriad {
 
 /// " (did you mean `X`?)" for the name that begins with `word`, else for the one at the least edit
-/// distance; empty when that exceeds a third of the letters of `word` (and two).
+/// distance; empty if that distance exceeds both two and a third of the letters of `word`.
 std::string DidYouMean(std::string_view word, const std::vector<std::string_view>& known);
 
 }  // namespace truetriad

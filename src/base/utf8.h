@@ -13,7 +13,7 @@ struct Utf8Character {
   std::uint32_t code = 0;
   std::size_t size = 0;  ///< Bytes.
 };
-/// The first character of `text`, which must not be empty; nullopt where it is not UTF-8.
+/// The first character of `text`, which must not be empty; nullopt if it is not UTF-8.
 std::optional<Utf8Character> FirstCharacter(std::string_view text);
 /// Appends `code`, which must be at most U+10FFFF and no surrogate.
 void AppendUtf8(std::uint32_t code, std::string* to);
@@ -21,15 +21,15 @@ void AppendUtf8(std::uint32_t code, std::string* to);
 /// Whether all of `text` is well-formed: no overlong form, no surrogate, nothing above U+10FFFF.
 bool IsUtf8(std::string_view text);
 
-/// `text` with each byte that is not UTF-8 as \xFF, for formats that must be UTF-8. Two different
-/// names may become equal.
+/// `text` with each byte that is not UTF-8 in the form \xFF, for formats that must be UTF-8. Two
+/// different names may become equal.
 std::string AsUtf8(std::string_view text);
 
-/// `text` as it is safe on a terminal, since a file name may contain anything: control characters
+/// `text` made safe for a terminal, since a file name may contain anything: control characters
 /// (except line breaks and tabs) and those that change the direction of text become \u001B, bytes
 /// that are not UTF-8 become \xFF.
 std::string Printable(std::string_view text);
-/// The same in one line: line breaks and tabs are escaped, too.
+/// As Printable, in one line: line breaks and tabs are escaped, too.
 std::string PrintableLine(std::string_view text);
 
 }  // namespace truetriad

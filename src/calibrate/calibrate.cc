@@ -40,7 +40,7 @@ namespace truetriad {
 namespace {
 
 // How badly the poses fit: the sum over all deletion tests and priors of log(1 + χ² / dof), the
-// cost of a Cauchy distribution, so that a few outliers count little however large they are.
+// cost of a Cauchy distribution, so that a few outliers count little, whatever their size.
 double RobustMisfit(const PoseGraph& graph) {
   const ReducedSystem system(graph);
   double misfit = 0.0;
@@ -53,7 +53,7 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// The refusal that the poses hold for an enabled sensor, else the one for too few poses.
+// The refusal that the poses hold for an enabled sensor, or one for too few poses; else unset.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Finding& finding : poses.findings) {
     if (finding.IsRefusal() && finding.sensor && options.triads[*finding.sensor].enabled) {
@@ -129,8 +129,9 @@ PoseGraph GraphAt(const CalibrateOptions& options,
   return graph;
 }
 
-// Refines every start (a magnetometer's rotation may have several) and returns the best fit by
-// RobustMisfit, which three poses beside a magnet do not decide. Unset when none could be refined.
+// Refines every start (several, if a magnetometer's rotation has several solutions) and returns the
+// best fit by RobustMisfit, which three poses beside a magnet do not decide. Unset if none
+// converges to a finite cost.
 std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
                                             const std::vector<StartValues>& starts,
                                             std::vector<PoseNode> nodes,
@@ -160,7 +161,7 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
 }
 
 // Whether nonlinearity terms are estimated along with a bias or sensitivity. Far from the optimum,
-// where the gains are wrong, these terms diverge; close to it they are small.
+// with wrong gains, these terms diverge; close to it they are small.
 bool HasBentAxes(const CalibrateOptions& options) {
   const auto has = [&options](auto condition) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
@@ -185,9 +186,9 @@ bool IsDetermined(const PoseGraph& graph, const CalibrateOptions& options) {
          AnalyseObservability(graph, system.shared(), options.observable_sigma).determined;
 }
 
-// Adds the nonlinearity terms to a solution without them: first to the rough one and, where that
-// does not converge, to one whose noise is settled. Terms that the poses do not determine have no
-// optimum; they stay zero, and the verdict names them.
+// Adds the nonlinearity terms to a solution without them: first to the rough one and, if that does
+// not converge, to one whose noise is settled. Terms that the poses do not determine have no
+// optimum; they stay zero, and the verdict names them. Returns the number of rounds.
 int SettleBentAxes(const CalibrateOptions& options,
                    const CalibrateOptions& straight,
                    NoiseState* noise,

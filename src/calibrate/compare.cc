@@ -21,10 +21,10 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the summed covariance, scaled to unit diagonal, below this share of the largest
-// are rounding: the gauge fixes or ties these entries.
+// Eigenvalues of the summed covariance, scaled to unit diagonal, that are a smaller share of the
+// largest are rounding: the gauge fixes or ties their entries.
 constexpr double kTiedShare = 1e-9;
-// Variances below this share of the largest of the same matrix are the rounding of a fixed entry.
+// Smaller variances, as a share of the largest of a matrix, are the rounding of a fixed entry.
 constexpr double kFixedShare = 1e-20;
 // Differences below this share of the largest entry of a matrix are rounding.
 constexpr double kRounding = 1e-6;
@@ -141,8 +141,8 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
   return {groups.begin(), groups.end()};
 }
 
-// Rate terms belong to the temperature that they were estimated with: the sensing element's, or
-// that of a thermometer that may lead or lag it.
+// Whether `name` is a rate term that a and b estimated with different temperatures: that of the
+// sensing element, or that of a thermometer that may lead or lag it.
 bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
   const auto entry = ParameterName::Parse(name);
   if (!entry || !InfoOf(entry->kind).rate) return false;
@@ -156,9 +156,9 @@ bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const st
          (one->smoothing_s > 0.0) != (other->smoothing_s > 0.0);
 }
 
-// Where the strength of the field was a convention, the magnetometer's gains have no common scale:
-// `a` is scaled to `b`, and the uncertainty of the scale is projected out of both covariances. With
-// S scaled by 1 + e, log det S changes by 3 e; so
+// If the strength of the field was a convention, the magnetometer's gains have no common scale: `a`
+// is scaled to `b`, and the uncertainty of the scale is projected out of both covariances. With S
+// scaled by 1 + e, log det S changes by 3 e; so
 //
 //   x -> x - v (w x)      v = (S, its temperature terms)      w = transpose(S^-1) / 3      w v = 1
 //
@@ -204,7 +204,7 @@ std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
   return std::nullopt;
 }
 
-// The p-value by F in place of χ², with the fewer degrees of freedom that the σ of a or b have.
+// The p-value by F instead of χ², with the fewer degrees of freedom of both calibrations' σ.
 double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
   double dof = std::numeric_limits<double>::infinity();
   for (const Calibration* calibration : {&a, &b}) {
@@ -255,7 +255,7 @@ void AddChiSquare(const ComparedValues& in_a,
   }
 }
 
-// Both in one gauge: that of known attitudes when both have it, else the triangular one.
+// Both solutions in one gauge: known attitudes if both have them, else the triangular gauge.
 std::pair<PresentedSolution, PresentedSolution> InOneGauge(const Calibration& a,
                                                            const Calibration& b) {
   std::pair both(SolutionOf(a), SolutionOf(b));
@@ -277,8 +277,8 @@ double VarianceOf(const ComparedValues& of_a,
   return of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
 }
 
-// Adds an entry for each parameter that both have. Returns those that neither the gauge nor the
-// models of both hold fixed.
+// Adds an entry for each parameter that both have. Returns the parameters that neither the gauge
+// nor the models of both hold fixed.
 std::vector<CommonParameter> AddEntries(const Calibration& a,
                                         const Calibration& b,
                                         const ComparedValues& of_a,

@@ -11,14 +11,14 @@
 
 namespace truetriad {
 
-// Values of one calibration that are compared with those of the same names of another.
+// Values of one calibration that are compared with another's values of the same names.
 struct ComparedValues {
   std::vector<std::string> names;
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;
 };
 
-// All that the solution's covariance lists, except the reference values (gravity and field).
+// All values that the solution's covariance lists, except the reference (gravity and field).
 ComparedValues ValuesInFrame(const PresentedSolution& solution);
 
 // What no rotation of the body frame changes: biases with their temperature terms, higher terms,

@@ -79,8 +79,8 @@ class JointErrors {
     count_ += error.size();
   }
 
-  // RMS of the whitened errors: 1 where they are as predicted. `free`: number of parameters that
-  // are fitted to the errors. Unset where a reading has no noise or no degree of freedom is left.
+  // RMS of the whitened errors: 1 if they are as predicted. `free`: number of parameters that are
+  // fitted to the errors. Unset if a reading has no noise or no degree of freedom is left.
   std::optional<double> Rms(const Eigen::MatrixXd& covariance, Eigen::Index free = 0) const {
     if (count_ <= free || !is_noisy_) return std::nullopt;
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> parts(covariance);
@@ -149,7 +149,7 @@ PoseResidual AddReading(const Calibration& calibration,
 }
 
 // The cosine of the angle between gravity and field at the poses, which no attitude changes. Its
-// mean is one more parameter, with no knowledge of it.
+// mean is one more parameter, of which nothing is known beforehand.
 class ConstantAngle {
  public:
   void Add(const Calibration& calibration,
@@ -195,10 +195,10 @@ class ConstantAngle {
   // sin² of 0.6 deg: nearer to a magnetic pole the cosine hardly determines the angle.
   static constexpr double kLeastSineSquare = 1e-4;
   JointErrors errors_;
-  std::vector<double> angles_rad_, predicted_;  // variances
+  std::vector<double> angles_rad_, predicted_;  // predicted variances, rad^2
 };
 
-// Without a reference a constant part of the norm error has no meaning: the field's strength is not
+// Whether a constant part of the norm error has a meaning: not if the field's strength is not
 // stated, or the bias at the reference is a convention (a sweep without a static calibration).
 bool HasReference(const Calibration& calibration, Triad triad) {
   if (triad == Triad::kGyroscope) return true;
@@ -230,9 +230,9 @@ struct ErrorRatio {
   double count = 0.0;
   double noise_dof = 0.0;  // of the noise estimate; zero: the noise was stated
 
-  // F allows for few errors, and for a noise estimated from few, being larger or smaller by chance.
+  // F allows for chance if errors are few, or if the noise was estimated from few.
   bool IsTooLarge() const {
-    // A stated noise is exact: with so many degrees of freedom F is χ² / count.
+    // Degrees of freedom of a stated noise, which is exact: with so many, F is χ² / count.
     constexpr double kStated = 1e6;
     if (!(ratio > kExpectedErrorRatio)) return false;
     if (count < 1.0) return true;

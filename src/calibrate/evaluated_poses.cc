@@ -41,7 +41,7 @@ Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
       sensor, SameOnAllAxes(pose.temperature_degc.value_or(0.0), pose.temperature_rate_degcps));
 }
 
-// d rotation / d the listed parameters of the calibration, as GyroIncrement has it.
+// d rotation / d the listed parameters of the calibration, in the convention of GyroIncrement.
 Eigen::Matrix3Xd TurnByParameters(const NamedCovariance& covariance,
                                   const ModelAtPose& at,
                                   const GyroIncrement& turn) {

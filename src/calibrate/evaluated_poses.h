@@ -24,17 +24,17 @@ inline constexpr double kByChance = 1e-3;
 // its terms depend on.
 struct ModelAtPose {
   TriadModel<double> model;
-  Eigen::Vector3d tau_degc = Eigen::Vector3d::Zero();  // of each axis
+  Eigen::Vector3d tau_degc = Eigen::Vector3d::Zero();  // above the reference, of each axis
   Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
   bool is_clamped = false;
 
-  // The factor of a named term in the bias or sensitivity at the pose: a power of τ, or that of a
-  // rate term.
+  // The factor of a named term in the bias or sensitivity at the pose: a power of τ, or the factor
+  // of a rate term.
   double FactorOf(const ParameterName& name) const;
 };
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
 
-// The names of a covariance that are a triad's; those of others are unset.
+// The names of a covariance's parameters that are of a triad; unset for those of others.
 using NamesOfTriad = std::vector<std::optional<ParameterName>>;
 NamesOfTriad NamesOf(const NamedCovariance& covariance, Triad triad);
 
@@ -46,7 +46,7 @@ Eigen::Matrix3Xd TruthByParameters(const NamesOfTriad& names,
                                    const Eigen::Vector3d& force_mps2);
 
 // The temperature of each axis at the windows of a sweep, one per pose, filtered as `apply` does;
-// empty where the calibration has no lags. Error (bad input): it has lags, but `poses` have no
+// empty if the calibration has no lags. Error (bad input): it has lags, but `poses` have no
 // temperature track.
 Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor, const PoseSet& poses);
 
@@ -59,12 +59,12 @@ struct EvaluatedReading {
   Eigen::Matrix3Xd by_parameters;
   bool is_clamped = false;
 
-  // Noise and parameters together.
+  // By noise and parameters together.
   Eigen::Matrix3d Covariance(const Calibration& calibration) const;
 };
 
 // `felt`: the filtered temperatures at the pose, or null for the pose's own. `force_mps2`: specific
-// force in the body, for a gyroscope with g-sensitivity. Unset where the pose has no reading of the
+// force in the body, for a gyroscope with g-sensitivity. Unset if the pose has no reading of the
 // sensor, or the force is needed but missing.
 Result<std::optional<EvaluatedReading>> EvaluateReading(
     const Calibration& calibration,
@@ -74,15 +74,15 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
     const std::optional<Eigen::Vector3d>& force_mps2,
     const std::string& source);
 
-// Expects one error at least.
+// The RMS of at least one error.
 double RootMeanSquareOf(const std::vector<double>& errors);
 
 // Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
 // the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
-// `left_out`: numbers of the poses into which turns are left out.
-// Unset without a gyroscope, or without a turn between two of them.
+// `left_out`: numbers of the poses into which turns are left out. Unset without a gyroscope, or
+// without a turn between two poses that have such vectors.
 //
-// The error is a direction in the plane across gravity. Its prediction sums the noise of both
+// An error lies in the plane across gravity. Its predicted variance sums the noise of both
 // accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of
 // both sensors with their correlation.
 std::optional<EvaluatedTurns> EvaluateTurns(
@@ -95,7 +95,7 @@ std::optional<EvaluatedTurns> EvaluateTurns(
 using PosesLeftOut = PerTriad<std::set<int>>;
 
 // Lists what the calibration left out of the poses that it was made from. The list is empty for
-// other poses, and where their number is not the same.
+// other poses, and if their number is not the same.
 PosesLeftOut LeftOut(const Calibration& calibration, const PoseSet& poses, bool is_own);
 
 Result<EvaluationSummary> EvaluateWithout(const PosesLeftOut& left_out,

@@ -16,7 +16,7 @@ TriadCalibration InUnits(const TriadCalibration& sensor,
                          double reading_per_raw,
                          double result_per_truth);
 
-// Scales the rows and columns of a triad's entries to these units.
+// Scales the rows and columns of a triad's entries to the units of InUnits.
 void ScaleCovariance(Triad triad,
                      double reading_per_raw,
                      double result_per_truth,

@@ -41,7 +41,7 @@ SharedInformation KnownOf(const PoseGraph& graph) {
   return {graph.layout, graph.shared, linearised.information(), linearised.gradient()};
 }
 
-// Whether the dip needs a test: it is exact, or `off`, of variance 1 - left, is too large.
+// Whether the dip needs a test: it is stated as exact, or is too far `off` its stated value.
 bool IsSuspect(const Knowledge& dip, int dip_at, const PoseGraph& solved) {
   if (!(dip.sigma > 0.0)) return true;
   const double left = VarianceAt(dip_at, solved, KnownOf(solved)) / (dip.sigma * dip.sigma);
@@ -90,13 +90,13 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
       .With("sigmas", std::sqrt(chi2));
 }
 
-// Chosen: closer alignments are the solution again; the closed form weighs all poses alike.
+// Chosen: nearer alignments are the solution itself; the closed form weighs all poses alike.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
-// Chosen: closer solutions, after solving, are one.
+// Chosen: solved alignments that are nearer than this are one.
 constexpr double kSameRad = 0.5 * kRadPerDeg;
 // RMS of a cosine, 6 deg at right angles: fields whose angle scatters by more are not constant.
 constexpr double kExplainedRms = 0.1;
-// With so many poses, in whatever attitudes, one of several solutions stands out.
+// With this number of poses, in whatever attitudes, one of several alignments stands out.
 constexpr std::size_t kEnoughPairs = 8;
 
 struct Pairs {
@@ -168,8 +168,8 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, &pairs.cosine);
     add(-1, &pairs.cosine);
   }
-  // 1.1 deg beyond 3 times the RMS of the solution, which is fitted, or of noise: others are not
-  // solved. Chosen wide, since only the cost of the solved alignment decides.
+  // Alignments are not solved if their RMS is 1.1 deg beyond 3 times that of the solution, which is
+  // fitted, or of noise. Chosen wide, since only the cost of the solved alignment decides.
   constexpr double kHopeless = 0.02;
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||

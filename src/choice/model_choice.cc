@@ -28,15 +28,15 @@ namespace {
 
 // Significance level of the likelihood ratio: by it alone 1 % of nonexistent terms would stay.
 constexpr double kLevel = 0.01;
-// A term with a smaller p-value stays whatever BIC and held-out error say: without it the verdict
-// would find it in the residuals and warn or refuse. Not a temperature term: poses of one
+// A term with a smaller p-value stays whatever BIC and held-out error say: if it were removed, the
+// verdict would find it in the residuals and warn or refuse. Not a temperature term: poses of one
 // temperature share an error, which makes its p-value too small.
 constexpr double kShownLevel = 1e-3;
-// Higher terms are tested only where so many residual degrees of freedom are left beside them, and
-// nothing where the matrices alone leave fewer. With fewer hardly any ratio exceeds chance, and a
-// model that is too small has an error that no σ shows, while one that is too large has large σ.
+// Higher terms are tested only if they leave at least this many residual degrees of freedom, and
+// nothing is tested if the matrices alone leave fewer. With fewer hardly any ratio exceeds chance,
+// and too small a model has an error that no σ shows, while too large a one has large σ.
 constexpr double kLeastDof = 10.0;
-// Far more than there are terms: it ends a choice that repeats itself.
+// Far more steps than there are terms: the limit ends a choice that repeats itself.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -66,8 +66,8 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
   for (std::size_t i = 0; i < places.size(); ++i) {
     moved.row(places[i]) = smaller.layout.basis.row(static_cast<Eigen::Index>(i));
   }
-  // Where the larger model holds the strength of the field, another strength is another scale of
-  // the magnetometer.
+  // If the larger model holds the strength of the field, another strength is another scale of the
+  // magnetometer.
   const int field = layout.reference + kField;
   if (!layout.IsFree(field) && layout.Has(Triad::kMagnetometer)) {
     const Eigen::RowVectorXd strength = moved.row(field) / larger.reference()[kField];
@@ -77,7 +77,7 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
   return LeastSquares(TransposeTimes(layout.basis, moved)).Complement();
 }
 
-// Everything that candidates are compared by.
+// The fits of the candidate models, and the criteria by which they are compared.
 class Candidates {
  public:
   Candidates(const OpenModels& models, const Choice& largest, int folds, SettledModel settled)
@@ -158,7 +158,7 @@ class Candidates {
     return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
   }
 
-  // Whether the larger of two models, to which `step` leads or from which, is worth its parameters.
+  // Whether the larger of two models is worth its parameters; `step` leads from one to the other.
   bool IsWorthIt(Fit* larger, Fit* smaller, const Neighbour& step, double p_value) const {
     if (p_value < kShownLevel && !step.thermal_triad) return true;
     if (p_value >= kLevel || BicOf(*larger) >= BicOf(*smaller)) return false;
@@ -199,7 +199,7 @@ ModelAlternative Described(const std::string& description,
   return alternative;
 }
 
-// One step: removes the least significant term, else adds the most significant one. Unset where
+// One step: removes the least significant term, else adds the most significant one. Unset if
 // neither is warranted.
 std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Candidates* candidates,
@@ -229,7 +229,7 @@ std::optional<ModelAlternative> Improve(const OpenModels& models,
   return std::nullopt;
 }
 
-// The chosen model, then those that differ from it by one step.
+// The chosen model, then the models that differ from it by one step.
 std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
                                              const Choice& choice,
                                              Candidates* candidates) {
@@ -247,10 +247,10 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
   return alternatives;
 }
 
-// Whether the smaller model leaves significantly more, though the larger one leaves few degrees of
-// freedom: F of the added χ² per term over the larger model's reduced χ².
+// Whether the smaller model has a significantly larger χ², though the larger one leaves few degrees
+// of freedom: F of the added χ² per term over the larger model's reduced χ².
 bool IsFarWorse(const Quality& smaller, const Quality& larger) {
-  // It keeps a nonexistent term once in a thousand.
+  // At this level a nonexistent term is kept once in a thousand.
   constexpr double kFarLevel = 1e-3;
   const double terms = smaller.dof - larger.dof;
   const double left = larger.reduced_chi2_before * larger.dof;

@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// The matrix models of a triad that differ, smallest first.
+// The distinct matrix models of a triad, smallest first.
 std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
   std::vector<MatrixModel> models;
@@ -64,7 +64,7 @@ int HighestOrder(int temperatures) {
   return temperatures <= 3 ? temperatures - 1 : temperatures - 2;
 }
 
-// The open parts, in the order in which they shrink when the poses do not determine them all.
+// The open parts, in the order in which they shrink if the poses do not determine them all.
 // `temperatures`: number of temperatures of the poses.
 std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatures) {
   std::vector<OpenPart> parts;

@@ -21,10 +21,10 @@ struct Level {
 enum class PartKind {
   kMatrix,       // at the reference temperature; every model has one
   kTerm,         // present or not
-  kThermalTerm,  // in the rate of temperature, present or not
-  kBiasOrder,    // in temperature
+  kThermalTerm,  // of the temperature's rate, present or not
+  kBiasOrder,    // order of the bias as a polynomial in temperature
   kMatrixOrder,
-  kThermalShape,  // of the matrix in temperature, where it has an order
+  kThermalShape,  // of the matrix in temperature, if that has an order
 };
 
 // A part of a triad's model that is open: each of its levels contains the one before.
@@ -37,16 +37,16 @@ struct OpenPart {
 // The level of every open part.
 using Choice = std::vector<std::size_t>;
 
-// A model that differs by one step.
+// A model that differs from a choice by one level of one part.
 struct Neighbour {
   Choice choice;
   std::string description;
   bool is_larger = false;
-  std::optional<Triad> thermal_triad;  // where the step is one of a triad's temperature terms
-  bool is_of_bias = false;             // and of its bias
+  std::optional<Triad> thermal_triad;  // set if the step is in a triad's temperature terms
+  bool is_of_bias = false;             // and in those of its bias
 };
 
-// The models that options leave open, of poses at so many temperatures.
+// The models that options leave open, for poses at `temperatures` different temperatures.
 class OpenModels {
  public:
   OpenModels(const CalibrateOptions& wanted, int temperatures);
@@ -64,7 +64,7 @@ class OpenModels {
 
   std::vector<Neighbour> NeighboursOf(const Choice& choice) const;
 
-  // Lowers one part that the poses may not determine by one level. False where none is left.
+  // Lowers one part that the poses may not determine by one level. False if no part can be lowered.
   bool Shrink(bool keep_matrices, Choice* choice) const;
 
   // The next larger level of each part beyond the choice: "gyroscope T'".

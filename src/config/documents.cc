@@ -10,10 +10,10 @@
 namespace truetriad {
 namespace {
 
-/// How messages name an override.
+/// The beginning of an override's name in places and messages.
 constexpr std::string_view kOverride = "--set=";
 
-/// `key.sub=value` as a YAML document of its own.
+/// Parses `key.sub=value` as a YAML document of its own.
 Result<YamlReader> ParseOverride(const std::string& text) {
   const std::string name = std::string(kOverride) + text;
   const std::size_t equals = text.find('=');

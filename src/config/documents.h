@@ -12,7 +12,7 @@
 
 namespace truetriad {
 
-/// The place of each key by its full name: "file:line", or the override; empty: no place.
+/// Where each key is stated, by its full name: "file:line", or the override; empty: nowhere.
 using Places = std::map<std::string, std::string>;
 
 /// A file that a user writes and the overrides (`--set=key.sub=value`, the value in YAML flow
@@ -25,15 +25,15 @@ class Documents {
   /// The file, then the overrides in their order.
   std::deque<YamlReader>& all() { return documents_; }
 
-  /// Adds a document that is read before the file. No document is assigned to another: an assigned
-  /// YAML::Node changes all that share it.
+  /// Adds a document that is read before the file. Documents are copied, never assigned: assigning
+  /// to a YAML::Node changes all nodes that share its data.
   void PutBelow(const YamlReader& base) { documents_.push_front(base); }
 
-  /// The places of all keys; for a key in several documents that of the last.
+  /// Where each key is stated; if several documents state it, in the last of them.
   Places AllPlaces() const;
 
-  /// Adds the errors of all documents, except those of the file about keys whose value an override
-  /// replaces. The error of an override has no line.
+  /// Adds the errors of all documents, except errors of a file about keys that an override
+  /// replaces. Errors of overrides have no line.
   void CollectErrors(std::vector<Error>* errors) const;
 
  private:
@@ -41,7 +41,7 @@ class Documents {
   std::vector<std::string> overridden_;  ///< Full names of the keys that the overrides replace.
 };
 
-/// Whether the place, or the file, is an override.
+/// Whether a place, or the file name of a document, is that of an override.
 bool IsOverride(std::string_view place);
 
 /// Whether the document is an override of this key itself, not of one below it.
@@ -51,11 +51,11 @@ bool IsOverrideOf(const YamlReader& document, std::string_view key);
 /// `prefix` in front of their names.
 void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places);
 
-/// The place of a.b.c, else of a.b, else of a: of the longest part of `key` that has one; else
-/// empty.
+/// The place of the longest leading part of `key` that has one: of a.b.c, else of a.b, else of a.
+/// Empty if none has one.
 std::string PlaceOf(std::string key, const Places& places);
 
-/// `path` relative to the folder of `file`; empty stays empty.
+/// `path`, which `file` states, with the folder of `file` in front; an empty path stays empty.
 std::string Resolve(const std::string& path, const std::string& file);
 
 }  // namespace truetriad

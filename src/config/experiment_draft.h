@@ -10,27 +10,27 @@
 
 namespace truetriad {
 
-/// `earth_rate:`, in degrees.
+/// What `earth_rate` states, in degrees.
 struct StatedEarthRate {
-  std::optional<double> latitude;     ///< Unset: that of `position`.
-  std::optional<double> declination;  ///< Unset: that of the Earth's field at `position`, or zero.
+  std::optional<double> latitude;     ///< Unset: the latitude of `position`.
+  std::optional<double> declination;  ///< Unset: as the Earth's field at `position`, else zero.
 };
 
-/// `+y+x-z`; unset: `any`.
+/// A stated mounting such as `+y+x-z`; for `any` it has no map.
 struct StatedMounting {
   std::optional<Eigen::Matrix3d> map;
 };
 
-/// The state while documents are read. Each document (preset, experiment, override) is read after
-/// those before it, so that a later one changes only the keys that it has.
+/// What the documents read so far state. Each document (preset, experiment, override) is read after
+/// those before it and changes only the keys that it has.
 struct ExperimentDraft {
-  Experiment experiment;  ///< Its file names are as written.
+  Experiment experiment;  ///< File names are as written, not yet relative to a folder.
   PerTriad<std::optional<StatedMounting>> mounting;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
   std::optional<StatedEarthRate> earth_rate;
   std::optional<Gauge> gauge;
-  Places given;  ///< All keys of the documents and presets, and those that were settled.
+  Places given;  ///< Keys that documents or presets state, or that Settle fills in.
 };
 
 /// The fields of a sensor's block. `chosen` has the models and terms that replaced `auto`.
@@ -47,10 +47,10 @@ void LeaveOut(Triad triad, CalibrateOptions* options);
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
-/// Reads the limits of a preset, which are judged where a calibration has such a value.
+/// Reads the limits of a preset, which are judged only if a calibration has the limited value.
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 
-/// An error at the line of a key, or in the experiment as a whole where no line has the key.
+/// An error at the line of a key; if no line has the key, in the experiment as a whole.
 Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,
@@ -59,8 +59,8 @@ Error ErrorAtKey(const ExperimentDraft& draft,
 /// Sets options that depend on several keys; adds contradictions to `errors`.
 void Settle(ExperimentDraft* draft, std::vector<Error>* errors);
 
-/// The experiment with every default written out and marked; it reads back with the same options.
-/// Models and terms that `chosen` has in place of `auto` are written and marked, too.
+/// The experiment as YAML with every default written out and marked; it reads back with the same
+/// options. Models and terms that `chosen` has in place of `auto` are written and marked, too.
 std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen);
 
 }  // namespace truetriad

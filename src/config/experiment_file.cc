@@ -25,7 +25,7 @@ namespace {
 
 using Draft = ExperimentDraft;
 
-/// The experiment at `path`, or that inside the calibration at `path`.
+/// The experiment in the file `path`, or the one that the calibration in that file was made by.
 Result<YamlReader> OpenExperiment(const std::string& path) {
   Result<YamlReader> root = YamlReader::FromFile(path);
   if (!root || !root->Child("format")) return root;
@@ -33,7 +33,7 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
   return YamlReader::FromText(calibration.config_yaml, path + " (config)");
 }
 
-/// Reads a preset with key `version`; besides that and a description it holds what `read` reads.
+/// Reads a preset: its version under the key `version`, a description, and what `read` reads.
 void ReadPreset(const std::string& file,
                 std::string_view version,
                 const Draft& draft,
@@ -52,12 +52,12 @@ void ReadPreset(const std::string& file,
   errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
 }
 
-/// The limits of a preset that remain beside those of the experiment itself: a limit of all
-/// components replaces that of each component, and one of a component only its own. `own`: full
-/// names of the experiment's keys.
+/// The limits of a preset that remain beside the experiment's own. The experiment's limit of all
+/// components replaces the preset's of every component, its limit of one component only that one.
+/// `own`: full names of the experiment's keys.
 std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& preset,
                                           const Places& own) {
-  // `accelerometer: { bias: { x: 0.5 } }` is not a limit of all components.
+  // A map with limits of single components states no limit of all components.
   const auto states = [&own](const std::string& name) {
     const std::string key = "limits." + name;
     const auto below = own.lower_bound(key + '.');
@@ -84,14 +84,14 @@ std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& pr
   return left;
 }
 
-/// Adds the keys of a preset; those that the documents have already are kept.
+/// Adds the keys of a preset to those given; the places of keys given before stay as they are.
 void NotePreset(const YamlReader& block, const std::string& prefix, Draft* draft) {
   Places places;
   CollectPlaces(block, prefix, &places);
   draft->given.merge(places);
 }
 
-/// Reads the presets that the documents name; the last name for each sensor and the limits counts.
+/// Reads the presets that the documents name: for each sensor, and for the limits, the last named.
 void ReadPresets(std::deque<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
@@ -122,8 +122,8 @@ void ReadPresets(std::deque<YamlReader>& documents, Draft* draft, std::vector<Er
   });
 }
 
-// The options as the readings will complete them: the matrix `identity` becomes one in their unit,
-// and a sweep fixes all matrices.
+// The options as they will be once the readings are known: a matrix `identity` becomes the identity
+// in the readings' unit, and a sweep fixes all matrices.
 CalibrateOptions AsSettled(const Experiment& experiment) {
   CalibrateOptions options = experiment.options;
   for (const Triad triad : kTriads) {
@@ -134,14 +134,14 @@ CalibrateOptions AsSettled(const Experiment& experiment) {
   return options;
 }
 
-/// `path` without the detours of relative paths, if it leads to the same file.
+/// `path` in its normal form, without "." and "a/..", if that leads to the same file.
 std::string ShortPath(const std::string& path) {
   const std::string shorter = std::filesystem::path(path).lexically_normal().string();
   std::error_code failure;
   return std::filesystem::equivalent(path, shorter, failure) ? shorter : path;
 }
 
-/// Makes file names relative to the experiment's folder.
+/// Puts the experiment's folder in front of the file names.
 void ResolvePaths(Experiment* experiment) {
   for (std::string& input : experiment->inputs) {
     input = ShortPath(Resolve(input, experiment->path));
@@ -218,16 +218,16 @@ Result<Experiment> ReadExperimentText(const std::string& text,
 
 namespace {
 
-// Rewrites the resolved YAML of an experiment whose options, kind of poses or clocks changed.
+// Writes the resolved YAML anew, for an experiment whose options, kind of poses or clocks changed.
 Experiment ResolvedAgain(Experiment changed) {
   if (changed.draft == nullptr) return changed;
   ExperimentDraft draft = *changed.draft;
   draft.experiment.options = changed.options;
-  PosesConfig& poses = draft.experiment.poses;  // Its file names are as written.
+  PosesConfig& poses = draft.experiment.poses;  // File names are as written.
   poses.kind = changed.poses.kind;
   poses.given = changed.poses.given;
   poses.time_offset_s = changed.poses.time_offset_s;
-  for (const Triad triad : kTriads) {  // An offset is not a default.
+  for (const Triad triad : kTriads) {  // An offset must not be marked as default.
     draft.given.emplace("sensors." + std::string(TriadName(triad)) + ".time_offset_s", "");
   }
   changed.resolved_yaml = ResolvedYaml(draft, changed.options);
@@ -261,7 +261,7 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
   }
   const bool is_turned = recorded[Triad::kAccelerometer] || recorded[Triad::kMagnetometer];
   if (changed.options.motion && !(recorded[Triad::kGyroscope] && is_turned)) {
-    // Motion needs both; without them there may still be rests.
+    // Fits to motion need turns and gravity or field; without them there may still be rests.
     changed.options.motion.reset();
     changed.poses.kind = PoseSelectionKind::kDetect;
   }

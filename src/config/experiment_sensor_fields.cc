@@ -18,7 +18,7 @@ const auto kModels = Named(MatrixModelName,
                            MatrixModel::kSymmetric,
                            MatrixModel::kFull,
                            MatrixModel::kAuto);
-/// For terms beyond bias and sensitivity.
+/// The values of terms beyond bias and sensitivity.
 const auto kWantedTerms = Named(WantedName, Wanted::kNo, Wanted::kYes, Wanted::kAuto);
 const auto kNoiseSources = Named(NoiseSourceName, NoiseSource::kConfig, NoiseSource::kDatasheet);
 const auto kThermalMatrices =
@@ -49,7 +49,7 @@ void NoiseFields(Visit& visit, TriadOptions& options, std::string& allan_file) {
   const bool says_allan = visit.Has("allan"), says_sigma = visit.Has("sigma");
   visit.Expect(
       !(says_allan && says_sigma), "sigma and allan exclude each other; keep one", "allan");
-  // A document's statement replaces that of earlier documents.
+  // Sigma or allan in one document replaces both of earlier documents.
   if (says_sigma) allan_file.clear();
   if (says_allan) options.noise_sigma_raw.reset();
   visit("allan", allan_file, kFile);
@@ -77,7 +77,7 @@ void PriorFields(Visit& visit, TriadPrior& prior) {
   visit("sensitivity_sigma", prior.sensitivity_sigma, kSigmas);
 }
 
-/// Reads into the value of earlier documents, `before`, if there is one.
+/// Reads into the value of earlier documents (`before`), if they state one.
 template <typename Visit>
 void NonlinearityFields(Visit& visit,
                         Triad triad,

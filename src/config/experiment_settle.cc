@@ -8,7 +8,7 @@
 #include "truetriad/model/earth.h"
 #include "truetriad/model/mounting.h"
 
-// Derives the options of an experiment that depend on several of its keys.
+// Derives those options of an experiment that depend on several of its keys.
 
 namespace truetriad {
 namespace {
@@ -20,7 +20,7 @@ Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   return {*stated.value * unit, stated.sigma.value_or(0.0) * unit};
 }
 
-// Gravity is 9.78 m/s^2 at the equator and 9.83 at the poles, and falls with height.
+// σ of gravity at an unknown place: 9.78 m/s^2 at the equator, 9.83 at the poles, less with height.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 void SettleGravity(Draft* draft) {
@@ -37,7 +37,7 @@ void SettleGravity(Draft* draft) {
   draft->experiment.options.reference.gravity_mps2 = KnowledgeOf(gravity);
 }
 
-/// The Earth's field at the position, or the reason why it is unknown.
+/// Finds the Earth's field at the position, or the reason why it is unknown.
 void FindEarthField(Experiment* experiment) {
   experiment->earth_field.reset();
   experiment->no_earth_field.clear();
@@ -56,7 +56,7 @@ void FindEarthField(Experiment* experiment) {
     return;
   }
   const Result<double> year = DecimalYear(position.date);
-  if (!year) return;  // It was refused at its key.
+  if (!year) return;  // The error has been reported at its key.
   const Result<EarthField> field = WorldMagneticModel(
       {position.latitude_deg, *position.longitude_deg, position.height_m}, *year);
   if (field) {
@@ -66,12 +66,12 @@ void FindEarthField(Experiment* experiment) {
   }
 }
 
-/// Fills in the parts of the field that the experiment leaves to the model of the Earth.
+/// Takes what the experiment does not state about the field from the model of the Earth's field.
 void SettleField(Draft* draft) {
   Experiment& experiment = draft->experiment;
   FindEarthField(&experiment);
   const std::optional<EarthField>& earth = experiment.earth_field;
-  // A statement takes precedence, also the statement `unknown`.
+  // A statement takes precedence, even if it is `unknown`.
   const auto take = [&](const char* key, double value, double sigma, Stated* stated) {
     const std::string name = std::string("reference.field.") + key;
     if (stated->value || draft->given.contains(name)) return;
@@ -118,7 +118,7 @@ bool HasKnownMotions(const Experiment& experiment) {
   return !(motions.turns_file.empty() && motions.rates_file.empty());
 }
 
-/// Sets options that only some kinds of poses have.
+/// Sets the options that depend on how poses are found.
 void SettlePoses(Draft* draft) {
   Experiment& experiment = draft->experiment;
   CalibrateOptions& options = experiment.options;
@@ -132,8 +132,8 @@ void SettlePoses(Draft* draft) {
   }
   if (poses.kind != PoseSelectionKind::kSweep) return;
   options.sweep.emplace();
-  // Neighbouring windows are correlated, so that blocks of time are held out; each of 14 is 7 % of
-  // the sweep.
+  // Neighbouring windows are correlated, so cross-validation holds out blocks of time: each of the
+  // 14 is 7 % of the sweep.
   constexpr int kSweepFolds = 14;
   if (!draft->given.contains("cross_validation.folds")) {
     options.cross_validation_folds = kSweepFolds;
@@ -145,7 +145,7 @@ void SettlePoses(Draft* draft) {
   }
 }
 
-/// model: auto opens all terms of the sensor, except those that the experiment states.
+/// The matrix model `auto` sets all terms that the experiment does not state to `auto`, too.
 void LeaveModelsOpen(Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   for (const Triad triad : kTriads) {
@@ -155,7 +155,7 @@ void LeaveModelsOpen(Draft* draft) {
       const std::string name = "sensors." + std::string(TriadName(triad)) + "." + std::string(key);
       if (!draft->given.contains(name)) *term = Wanted::kAuto;
     };
-    // The g-sensitivity is observable only where gravity is measured.
+    // The g-sensitivity is observable only if gravity is measured.
     if (triad == Triad::kGyroscope && options.triads[Triad::kAccelerometer].enabled) {
       leave_open("g_sensitivity", &sensor.g_sensitivity);
     }
@@ -167,8 +167,8 @@ void LeaveModelsOpen(Draft* draft) {
   }
 }
 
-/// An unstated mounting follows from a fixed matrix or from a prior; else the axes of accelerometer
-/// and gyroscope are those of the body.
+/// A mounting that is not stated follows from a fixed matrix or from a prior; without these, the
+/// axes of accelerometer and gyroscope are those of the body.
 void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = options->triads[triad];
@@ -311,7 +311,7 @@ void Settle(Draft* draft, std::vector<Error>* errors) {
   SettleGravity(draft);
   SettleField(draft);
   SettleEarthRate(draft);
-  // A turn always states its axis.
+  // A stated turn always has an axis.
   options.has_stated_axes = motions.rate_axes_known || !motions.turns_file.empty();
   options.gauge = draft->gauge.value_or(options.IsBodyKnown() ? Gauge::kFixture : Gauge::kAccelX);
   LeaveModelsOpen(draft);

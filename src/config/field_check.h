@@ -6,9 +6,9 @@
 
 namespace truetriad {
 
-/// Adds a finding when strength or dip of the field in `calibration` is far from the Earth's field
-/// at the experiment's position, or cannot be compared with it. Indoors they differ by tens of
-/// percent: it indicates iron, a wrong position or a wrong unit, and is not a verdict.
+/// Adds a finding if strength or dip of the field in `calibration` is far from the Earth's field at
+/// the experiment's position, or if they cannot be compared. It hints at iron, a wrong position or
+/// a wrong unit; as indoor fields differ by tens of percent, it is no verdict.
 void CheckField(const Experiment& experiment, Calibration* calibration);
 
 }  // namespace truetriad

@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-/// Writes the fields that a FieldReader reads: nested maps, one key per line. It marks the lines
-/// whose key no document has.
+/// Writes what a FieldReader reads as YAML: nested maps, one key per line. Lines whose key no
+/// document states are marked as default.
 class FieldWriter {
  public:
   static constexpr bool kReads = false;
@@ -33,7 +33,7 @@ class FieldWriter {
   bool operator()(std::string_view key, const std::optional<double>& value, const Kind& kind) {
     return value && (*this)(key, *value, kind);
   }
-  /// A value that replaced `auto` is marked as chosen.
+  /// Writes `chosen`, marked if it replaced `auto`.
   template <typename Value, typename Kind>
   bool operator()(std::string_view key, const Value& value, const Kind& kind, const Value& chosen) {
     const std::string text = TextOf(kind, value), text_chosen = TextOf(kind, chosen);
@@ -68,7 +68,7 @@ class FieldWriter {
     Line(key, "[" + text + (text.empty() ? "]" : " ]"));
   }
 
-  /// Writes one line of YAML; none for an empty text.
+  /// Writes one line of YAML; nothing if `text` is empty.
   void Line(std::string_view key, const std::string& text, std::string_view mark = "");
   template <typename Of>
   std::string Flow(const Of& of, int digits = 0) const {
@@ -78,7 +78,7 @@ class FieldWriter {
     of(inside);
     return "{ " + inside.text_ + " }";
   }
-  /// Appends to a map in one line.
+  /// Appends to the text of a map that is written in one line.
   void Append(const std::string& text) { text_ += text; }
 
   static void Expect(bool, std::string_view, std::string_view = "") {}
@@ -99,7 +99,7 @@ class FieldWriter {
  private:
   const Places* given_;
   std::string text_;
-  std::string path_;  ///< "sensors.accelerometer."
+  std::string path_;  ///< Of the map that is being written: "sensors.accelerometer."
   std::size_t depth_ = 0;
   bool is_flow_ = false;
   int digits_ = 0;

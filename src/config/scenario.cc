@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// The state while documents are read, each after those before it.
+/// What the documents read so far state; each is read after those before it.
 struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
@@ -36,13 +36,13 @@ void WorldFields(FieldReader& visit, SimulatedWorld& world) {
       "earth_rate", earth_rate, {.words = {{"none", false, [&] { world.earth_rate.reset(); }}}});
 }
 
-/// Reads one document into the draft; its files are relative to `file`.
+/// Reads one document into the draft; its file names are relative to the folder of `file`.
 void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
   int version = kVersion;
   visit("scenario", version, FormatVersion());
   visit("description", scenario.description, kAnyText);
-  visit.Has("base");  // Read before all others.
+  visit.Has("base");  // It has been read before all other documents.
   visit.Map("device", [&](FieldReader& device) {
     device("serial", scenario.serial, kAnyText);
     device("model", scenario.model, kAnyText);
@@ -61,7 +61,7 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   CourseFields(visit, file, &scenario);
 }
 
-/// The base of a scenario, which is read before it.
+/// Opens the scenario that a scenario names as its base and that is read before it.
 Result<YamlReader> OpenBase(const std::string& file) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader base, YamlReader::FromFile(file));
   base.RequireChild("scenario");

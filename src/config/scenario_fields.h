@@ -17,10 +17,10 @@ namespace truetriad {
 struct ScenarioSensor {
   Unit unit;
   std::optional<double> si_per_count;
-  Eigen::Vector3d zero_raw = Eigen::Vector3d::Zero();  ///< Reading of a perfect chip at zero.
+  Eigen::Vector3d zero_raw = Eigen::Vector3d::Zero();  ///< Raw reading of an ideal sensor at zero.
 
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  /// Given as a whole, or as gains and misalignment: the last statement counts.
+  /// Stated as a whole, or by gains and misalignment: the last statement counts.
   std::optional<Eigen::Matrix3d> sensitivity;
   Eigen::Vector3d scale_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d misalignment_rad = Eigen::Matrix3d::Zero();
@@ -29,25 +29,25 @@ struct ScenarioSensor {
       PerAxisTerm<Eigen::Vector3d>::All(Eigen::Vector3d::Zero());
   std::optional<ThermalTerms> thermal;
 
-  /// Per sample; converted to a density once the rate is known.
+  /// σ of a sample's noise; converted to a density once the rate is known.
   std::optional<Eigen::Vector3d> sample_sigma;
   std::optional<double> resolution, resolution_raw;
-  std::optional<double> range;  ///< Each way from zero.
+  std::optional<double> range;  ///< Largest reading in either direction.
   std::optional<Eigen::Vector2d> range_raw;
 
-  /// All other values, which have the same unit in both.
+  /// All other values, which need no conversion to raw units.
   SimulatedTriad settled;
 };
 
 /// Reads the block of a sensor; `none` removes it.
 void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
 
-/// The sensor in readings; calls `fail` for each contradiction.
+/// The sensor in raw units; calls `fail` for each contradiction.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              const std::function<void(const std::string&)>& fail);
 
-/// Reads the course of a scenario: its motion, temperature and disturbances. A list replaces that
-/// of earlier documents. Files are relative to `file`.
+/// Reads the course of a scenario: its motion, temperature and disturbances. A list replaces the
+/// list of earlier documents. File names are relative to the folder of `file`.
 void CourseFields(FieldReader& visit, const std::string& file, Scenario* scenario);
 
 }  // namespace truetriad

@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// Far more poses than any procedure has; it catches mistyped numbers.
+/// Far more poses than any procedure has: the limit is there to find mistyped numbers.
 constexpr int kMaxPoses = 100000;
 constexpr Range kRounds{1, kMaxPoses, "a whole number from 1 to 100000"};
 constexpr Range kRest{.lowest = 1, .expected = "a whole number from 1 on"};
@@ -43,8 +43,8 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
   return poses;
 }
 
-/// Reads a list of items of several kinds, the alternatives of a variant, each a map under the name
-/// of its kind. It replaces the list of earlier documents.
+/// Reads a list whose items are of several kinds, the alternatives of a variant; each item is a map
+/// under the name of its kind. The list replaces that of earlier documents.
 template <typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
 void ListOfKinds(FieldReader& visit,
                  std::string_view key,

@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-constexpr double kSqrtSecondsPerSqrtHour = 60.0;  // sqrt(3600).
+constexpr double kSqrtSecondsPerSqrtHour = 60.0;  // sqrt(3600 s/h).
 constexpr std::array<std::string_view, 3> kOrders = {"_degc", "_degc2", "_degc3"};
 constexpr Entries kEachNotNegative{kNotNegative, true};
 
@@ -23,7 +23,7 @@ constexpr NamedValues<GyroscopeOutput, 2> kGyroscopeOutputs = {{
 void UnitFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
   visit("unit", sensor.unit, ReadingsUnit{triad});
   const bool has_size = visit("si_per_count", sensor.si_per_count, kPositive);
-  // Data sheets state the inverse: 16384 LSB/g.
+  // Data sheets state the inverse, such as 16384 LSB/g.
   for (const auto& [key, scale] : TriadKeys("counts_per", triad)) {
     double counts = 0.0;
     if (!visit(key, counts, kPositive)) continue;
@@ -74,7 +74,7 @@ QuantityKeys GSensitivityKeys() {
           {"g_sensitivity_degps_g", kRadPerDeg / kStandardGravityMps2}};
 }
 
-/// Keys of a term in units of the signal to the term's power; 1 µg/g² adds 1e-6 g at 1 g.
+/// Keys of a term in units of the signal to the term's power: 1 µg/g² adds 1e-6 g at 1 g.
 QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
   const std::string name(info.name);
   if (info.power == 0) return ShareKeys(name);
@@ -238,7 +238,7 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
          " counts, but counts are whole numbers; state `resolution_raw: 1`, or no "
          "resolution in the base");
   }
-  // Counts are whole numbers.
+  // The steps of counts are whole numbers.
   const double finest_raw = sensor.unit.is_counts ? 1.0 : 0.0;
   triad.resolution_raw =
       sensor.resolution_raw.value_or(sensor.resolution ? gain * *sensor.resolution : finest_raw);

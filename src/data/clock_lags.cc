@@ -16,33 +16,33 @@
 namespace truetriad {
 namespace {
 
-// A slot is 0.1 s, finer than any lag that would move a turn into most of a rest of 1 s.
+// Readings are averaged over slots of 0.1 s, far less than a lag that spoils a rest of 1 s.
 constexpr double kSlotS = 1e-9 * static_cast<double>(kWindowNs);
-// Ten seconds before the first reading, since streams need not begin together.
+// Slots before the first reading, 10 s, since other streams may begin earlier.
 constexpr std::int64_t kSlotsBefore = 100;
 // Six hours of slots, which bound the memory to 2.6 MB for each triad.
 constexpr std::int64_t kMostSlots = 216'000;
-// Chosen: changes are between slots at most 0.5 s apart, so that triads of 2 Hz and more are used.
+// Chosen: a change is taken between slots up to 0.5 s apart, so that triads of 2 Hz are usable.
 constexpr std::size_t kLongestGapSlots = 5;
-// Six seconds either way: more than buffers and rounded stamps delay; clocks that were never set
-// differ by far more and give no peak.
+// The longest lag in slots, 6 s either way, is more than buffers and rounded stamps cause; clocks
+// that were never set differ by far more and give no peak.
 constexpr int kMostLag = 60;
-// Chosen: a peak reaches 1 s to each side; a second one outside of it makes the lag ambiguous.
+// Chosen, in slots: a peak reaches 1 s to each side; a second peak beyond makes the lag ambiguous.
 constexpr int kPeakWidth = 10;
 // Chosen: the least correlation of a clear peak: half of either triad's variance is common to both.
 constexpr double kClearCorrelation = 0.5;
-// Least difference of log likelihoods to any rival lag: a factor e^6 = 403.
+// Least margin of the log likelihood over that of any rival lag: a ratio of e^6 = 403.
 constexpr double kClearlyLikelier = 6.0;
 // Chosen: the share of variance that triads do not have in common even without noise; it bounds the
 // likelihood of a perfect correlation.
 constexpr double kUnlikeShare = 0.1;
-// 1.2 s, about the duration of a turn by hand: the slots of a turn count as one observation.
+// Slots in 1.2 s, about the duration of a turn by hand; together they count as one observation.
 constexpr double kSlotsOfATurn = 12.0;
 // Chosen: half a minute of slots, which is 25 turns of kSlotsOfATurn, is enough to correlate.
 constexpr int kFewestPairs = 300;
-// Chosen: of the 90 % quantile of squared changes: motion of less than a thousandth counts as rest.
+// Chosen, of the squared changes' 90 % quantile: changes below a thousandth of its root are rest.
 constexpr double kRestShare = 1e-6;
-// Smaller lags are not reported, as estimation finds them better from the moves between rests.
+// Smallest lag to report, s: estimation finds smaller ones better, from the moves between rests.
 constexpr double kSaidS = 0.25;
 
 float Ninetieth(std::vector<float> values) {
@@ -56,7 +56,7 @@ const Eigen::Vector3f kNoReading = Eigen::Vector3f::Constant(std::nanf(""));
 
 bool IsReading(const Eigen::Vector3f& mean) { return !std::isnan(mean.x()); }
 
-// The median of the slots, which is a gyroscope's reading at rest where most slots are at rest.
+// The median over the slots, per axis: a gyroscope's reading at rest if most slots are at rest.
 Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   Eigen::Vector3f median = Eigen::Vector3f::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -72,8 +72,8 @@ Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   return median;
 }
 
-// Squared turn of the unit from slot to slot in raw units: the change of a field's readings, or the
-// rate itself less that at rest. Negative where it is not known.
+// Square of the unit's turn from slot to slot in raw units: of the change of a field's reading, or
+// of the rate less the rate at rest. Negative: not known.
 std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& means) {
   const bool is_rate = triad == Triad::kGyroscope;
   const Eigen::Vector3f rest = is_rate ? MedianOf(means) : Eigen::Vector3f::Zero();
@@ -115,7 +115,7 @@ struct Correlation {
   }
 };
 
-// Correlation of a(t) with b(t + lag); 0 where there are too few pairs.
+// Correlation of a(t) with b(t + lag); 0 if there are too few pairs.
 Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>& b, int lag) {
   double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
   const auto first = static_cast<std::size_t>(std::max(0, -lag));
@@ -186,8 +186,8 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
           << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
           << correlation[kMostLag].value << " at 0";
   if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
-  // With too few common readings at lag 0 nothing contradicts the stated times. Nor does a distant
-  // maximum where lag 0 is one: poses at even intervals give maxima at all multiples of these.
+  // With too few common readings at lag 0 nothing contradicts the stated times, nor does a distant
+  // maximum if lag 0 is a maximum too: poses at even intervals give one at each interval.
   const Correlation& stated = correlation[kMostLag];
   const bool is_top = stated.value > kClearCorrelation &&
                       stated.value >= correlation[kMostLag - 1].value &&
@@ -197,8 +197,8 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];
-    // The same number of pairs for both: triads that were read in part have more of them at some
-    // lags, which is no evidence.
+    // Both likelihoods are of the same number of pairs: streams with interruptions have more pairs
+    // at some lags, which is no evidence for these lags.
     const double pairs = std::min(rival.pairs, peak->pairs);
     if (rival.value > 0.0 &&
         rival.log_likelihood(pairs) > peak->log_likelihood(pairs) - kClearlyLikelier) {
@@ -234,14 +234,14 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
                                    std::string(TriadName(reference)) + ": the clocks differ")
                            .About(triad)
                            .With("offset", *lag_s, "s"));
-    // Such a sensor was turning or at another rest for more than half of a typical rest.
+    // With this lag the sensor was turning, or in another rest, for over half of a typical rest.
     if (!set->poses.empty() && 2.0 * std::abs(*lag_s) > TypicalRest(*set)) {
       findings.back().As(Severity::kRefusal);
     }
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  // One block corrects all of them; the last finding names it, and each refusal does.
+  // One block corrects all triads; the last finding states it, and so does each refusal.
   for (Finding& finding : findings) {
     if (&finding != &findings.back() && !finding.IsRefusal()) continue;
     finding.remedy =

@@ -14,30 +14,30 @@
 
 namespace truetriad {
 
-/// σ of a lag, s: half of a slot of 0.1 s.
+/// σ of a lag, s: half of the 0.1 s over which readings are averaged.
 inline constexpr double kClockLagSigmaS = 0.05;
 
-/// Finds delays of seconds between the readings of two triads; a fit finds those of milliseconds.
+/// Finds delays of seconds between two triads' readings; the calibration's fit finds milliseconds.
 ///
-/// It keeps each triad's mean over every tenth of a second, which shows how far the unit turned, c:
-/// by the change of a field's readings, or by a rate less that at rest. Where the unit is turned
-/// now and then, the logarithms of the c of two triads are correlated,
+/// It keeps each triad's mean over every tenth of a second, and takes from these means c, which
+/// grows with the turning of the unit: the change of a field's reading, or the rate less the rate
+/// at rest. If the unit is turned now and then, the logarithms of c of two triads correlate,
 ///
 ///   r(lag) = corr(log c_reference(t), log c_triad(t + lag))
 ///
-/// and the lag of the maximum is the delay of the triad's times. Six hours are kept.
+/// and the lag of the maximum is the delay of the triad's times. The means of six hours are kept.
 class ClockLagFinder {
  public:
   void Add(const SampleBlock& block);
 
-  /// By how much the times of `triad` are later than those of `reference`, s. Unset where no lag
-  /// of up to 6 s is clear: nothing moves, or the moves come at even intervals.
+  /// By how much the times of `triad` are later than those of `reference`, s. Unset if no lag of up
+  /// to 6 s stands out: nothing moves, or the moves come at even intervals.
   std::optional<double> LagOf(Triad triad, Triad reference) const;
 
  private:
   struct Track {
-    std::vector<Eigen::Vector3f> means;  // Of the slots; NaN: no reading.
-    std::int64_t slot = -1;              // The open slot.
+    std::vector<Eigen::Vector3f> means;  // Of each slot of 0.1 s; NaN: no reading.
+    std::int64_t slot = -1;              // Number of the slot being summed.
     double count = 0.0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   };

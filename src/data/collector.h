@@ -34,7 +34,7 @@ std::string Named(std::size_t count, const Name& name) {
   return text + (count > kMostPlacesNamed ? ", …" : "");
 }
 
-// The error of a recording without time, with its consequence `so` and the remedy.
+// The error of a recording without time: `so` is the consequence, `remedy` one more remedy.
 inline Error NoTime(const RecordingInfo& info,
                     const std::string& so,
                     const std::string& remedy = {}) {
@@ -46,17 +46,17 @@ inline Error NoTime(const RecordingInfo& info,
                    remedy);
 }
 
-/// Reduces a recording while it streams by; one for each kind of selection. The monitors of the
-/// streams have seen every block before it comes here.
+/// Reduces a recording to a PoseSet while it streams by; the kind of pose selection determines the
+/// subclass. The StreamMonitors have seen every block before it comes here.
 class Collector {
  public:
   virtual ~Collector() = default;
 
-  /// Error: the recording or the selection lacks what this kind needs.
+  /// Error: the recording or the selection lacks what this collector needs.
   virtual Status Validate() const = 0;
-  /// What one call of SampleSource::Next gave.
+  /// Takes the blocks that one call of SampleSource::Next gave.
   virtual Status Add(const std::vector<SampleBlock>& blocks) = 0;
-  /// Fills in the set, which has its streams. Error: there is too little.
+  /// Completes `set`, whose streams are filled in already. Error: there is too little data.
   virtual Status Finish(PoseSet* set) = 0;
 };
 
@@ -78,11 +78,11 @@ class RestFinder {
   virtual Status Add(const std::vector<SampleBlock>& blocks) = 0;
   /// The poses that are complete so far, in order.
   virtual const std::vector<CollectedPose>& poses() const = 0;
-  /// Every pose that ends before this time is complete; unset while nothing is.
+  /// Every pose that ends before this time is complete; unset as long as no such time is known.
   virtual std::optional<std::int64_t> judged_before_ns() const = 0;
   /// All poses in order; adds findings.
   virtual Result<std::vector<CollectedPose>> Finish(Findings* findings) = 0;
-  /// Why there is none, when Finish gave none.
+  /// Why there is no pose, if Finish gave none.
   virtual Error NoPose(const PoseSet& set) const = 0;
 };
 

@@ -10,18 +10,19 @@
 namespace truetriad {
 namespace {
 
-// A window holds four samples of the slowest triad in use, for its variance, but is no longer than
-// 0.4 s, so that the five windows of an activity span 2 s; two samples is the least for a variance.
+// A window holds four samples of the slowest triad in use, for its variance, but lasts 0.4 s at
+// most, so that the five windows that activity is measured over span 2 s. It always holds the two
+// samples that a variance needs.
 constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
 
-// Windows at the end of a search that wait for those after them: 6.4 s of 0.1 s each, which hold
-// two knocks (1.5 s each) and the span of the activity.
+// Windows at the end of a search that are searched again with those after them: 6.4 s of 0.1 s
+// each, room for two knocks (1.5 s each) and the span of the activity.
 constexpr std::size_t kTailWindows = 64;
 
 // Chosen: 64 samples determine the rate of a stream.
 constexpr std::int64_t kRateSamples = 64;
 
-// Turning a unit over changes an accelerometer's reading by 2 g; half of that is expected.
+// Least expected range, raw: half of the 2 g of an accelerometer turned over; 0: not known.
 double ExpectedRange(const StreamInfo& info) {
   if (info.triad != Triad::kAccelerometer) return 0.0;
   if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
@@ -69,7 +70,7 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
       set.Find(Triad::kGyroscope) != nullptr &&
       (set.Find(Triad::kAccelerometer) != nullptr || set.Find(Triad::kMagnetometer) != nullptr);
   const std::string duration = Format("%.1f s", set.duration_s);
-  // Twice the 10 kHz or so at which such sensors are read at most.
+  // Twice the 10 kHz or so that such sensors reach.
   constexpr double kMostHz = 2e4;
   std::string too_fast;
   for (const StreamSummary& stream : set.streams) {
@@ -177,7 +178,7 @@ void DetectedPoses::FindRests(bool at_end) {
   const std::vector<Rest> rests = detector_->Find(*buffer_, count, usable);
 
   const std::size_t tail = at_end ? count : count - kTailWindows;
-  std::size_t keep_from = tail;  // Windows before have been used.
+  std::size_t keep_from = tail;  // Windows before this one are no longer needed.
   bool stays_open = false;
   for (const Rest& rest : rests) {
     if (rest.end() <= consumed_) continue;

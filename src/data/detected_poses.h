@@ -31,7 +31,7 @@ class DetectedPoses : public RestFinder {
   Status Validate() const override;
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
-  /// Unset before the first search.
+  /// Unset before detection has started.
   std::optional<std::int64_t> judged_before_ns() const override {
     return buffer_ ? std::optional(buffer_->begin_ns()) : std::nullopt;
   }

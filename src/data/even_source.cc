@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-// Chosen: so many samples at the end of a batch wait for those after them, and as many that were
-// handed over stay, so that the line through the stamps continues into the next batch.
+// Chosen: number of samples at the end of a batch that wait for the next batch, and number of those
+// handed over that stay, so that the line through the stamps continues into the next batch.
 constexpr std::size_t kOverlap = 8192;
 
 }  // namespace
@@ -108,7 +108,7 @@ bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
   for (const SampleBlock& block : blocks) {
     Stream& stream = streams_[block.triad];
     if (stream.judgement != Judgement::kOpen) continue;
-    // Stamps that were interpolated within a window look even.
+    // Stamps that were interpolated within a FIFO window look even in any case.
     if (WindowOf(block.triad) > 1 || !stream.watch.AreEven(block.time_ns)) {
       stream.looks_even = false;
     }
@@ -122,7 +122,7 @@ std::int64_t EvenSource::WindowOf(Triad triad) const {
   return info == nullptr ? 1 : info->window_samples;
 }
 
-// Pools all sensors with the same stamps, such as the columns of one file.
+// Share pooled over all sensors with these stamps, such as the columns of one file.
 StampShare EvenSource::ShareOf(std::span<const std::int64_t> stamps_ns, double period_ns) const {
   double weights = 0.0, sum = 0.0;
   for (const Stream& stream : streams_) {
@@ -144,7 +144,7 @@ void EvenSource::SettleStream(Triad triad) {
   stream->even_ns.clear();
   if (!may_be_even) return;
   const HeldSamples& held = stream->held;
-  // StreamMonitor reports time that goes back.
+  // StreamMonitor reports times that go back.
   if (!std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return;
   const Stamps stamps{held.time_ns, held.row, WindowOf(triad)};
   EvenTimes even = FitEvenTimes(stamps);
@@ -169,7 +169,7 @@ void EvenSource::SettleStream(Triad triad) {
     stream->squares_ns2 += off * off;
     ++stream->judged;
   }
-  // A batch with irregular stamps keeps these.
+  // A batch with irregular stamps keeps its stamps.
   const bool can_be_even = how_ == TimeStamps::kRegular || even.kind != StampKind::kIrregular;
   if (stream->judgement != Judgement::kEven) return;
   stream->even_ns = can_be_even ? std::move(even.time_ns) : held.time_ns;

@@ -34,27 +34,27 @@ class ExcludedTime {
 
  private:
   std::vector<ExcludedRange> ranges_;
-  std::vector<std::int64_t> readings_;  // Left out by each range.
-  // Of all readings, left out or not.
+  std::vector<std::int64_t> readings_;  // Number left out by each range.
+  // First and last time of all readings, left out or not.
   std::int64_t first_ns_ = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// The readings that are not excluded, at even times where their stamps scatter about even ones.
+/// The readings that are not excluded, at even times if their stamps scatter about even times.
 ///
 /// Streams whose stamps are even enough pass through. From the first block with uneven stamps on,
-/// the samples of all streams are held, kMostHeldSamples at most, and the stamps are judged by
-/// these; the judgement of a stream is final.
+/// the samples of all streams are held, kMostHeldSamples at most, and the stamps of these samples
+/// are judged; the judgement of a stream is final.
 class EvenSource {
  public:
-  /// Both belong to the caller.
+  /// `source` and `excluded` belong to the caller.
   EvenSource(SampleSource* source, ExcludedTime* excluded, TimeStamps how)
       : source_(source), excluded_(excluded), how_(how) {}
 
   /// As SampleSource::Next.
   Result<bool> Next(std::vector<SampleBlock>* blocks);
 
-  /// Fills in the kind and the jitter of the stream's stamps; adds a finding where they are uneven.
+  /// Fills in the kind and the jitter of the stream's stamps; adds a finding if they are uneven.
   void Describe(StreamSummary* summary, Findings* findings) const;
 
  private:
@@ -64,14 +64,14 @@ class EvenSource {
     bool looks_even = true;
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
-    bool are_true = false;                   // By the readings.
-    double squares_ns2 = 0.0, judged = 0.0;  // Of stamp less even time.
+    bool are_true = false;                   // The readings show that the stamps are true.
+    double squares_ns2 = 0.0, judged = 0.0;  // Sum of (stamp − even time)², and number.
 
     HeldSamples held;
-    std::size_t handed = 0;             // Of those held; kept so that lines continue.
-    std::size_t ready = 0;              // Number that can be handed over.
-    std::vector<std::int64_t> even_ns;  // Of those held; empty: the stamps.
-    // Time of the last one handed over.
+    std::size_t handed = 0;             // Number of held samples handed over already.
+    std::size_t ready = 0;              // Number of held samples that may be handed over.
+    std::vector<std::int64_t> even_ns;  // Of the held samples; empty: their stamps.
+    // Time of the last sample handed over.
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
 
     std::size_t waiting() const { return held.size() - handed; }
@@ -80,7 +80,7 @@ class EvenSource {
     }
   };
 
-  /// Number of samples with one stamp; 1: each has its own.
+  /// Number of samples in one FIFO window, which share a stamp; 1: each sample has its own.
   std::int64_t WindowOf(Triad triad) const;
   bool MustHold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);

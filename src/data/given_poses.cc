@@ -162,7 +162,7 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
     waiting.current = std::max(waiting.current, finished_);
     const auto at = static_cast<std::size_t>(waiting.current - finished_);
     if (at == open_.size()) {
-      ++i;  // After the last pose so far, and the leading stream has passed it.
+      ++i;  // In no pose: after the last one, and the leading stream has passed it.
       continue;
     }
     OpenPose& pose = open_[at];
@@ -268,7 +268,7 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
   }
   while (!open_.empty()) FinishFirst();
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
-    // A range with more than half beyond the end is of another recording; slow sensors end early.
+    // A range mostly beyond the end is of another recording; a slow sensor may end a bit early.
     const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
     if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
     return Error(ErrorCode::kNotInRecording,

@@ -17,7 +17,7 @@
 
 namespace truetriad {
 
-/// Where a range is stated, and its times where it is given by time and not by rows.
+/// Where a range is stated, and its times if it is given by time instead of rows.
 struct RangeOrigin {
   TimeRange times;
   std::string stated_in;  ///< "rates.yaml:3".
@@ -25,12 +25,12 @@ struct RangeOrigin {
 
 /// Collects poses that are given: every row, every N rows, by a column, or by row ranges.
 ///
-/// Rows are those of the leading stream's file. Samples of a stream in the same file belong to a
-/// pose by row, of one in another file by time, within half a spacing of the leading stream.
+/// Rows are those of the leading stream's file. A pose takes the samples of a stream in that file
+/// by row, and those of another file by time, to half a sampling interval of the leading stream.
 class GivenPoses : public RestFinder {
  public:
-  /// `monitor`: of the leading stream, belongs to the caller. `key`: the ranges' name in messages;
-  /// `origins`: none, or one per range, all of them by time or all by rows.
+  /// `monitor` is that of the leading stream and belongs to the caller. `key`: the ranges' name in
+  /// messages; `origins`: none, or one per range, all of them by time or all by rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
@@ -40,7 +40,7 @@ class GivenPoses : public RestFinder {
 
   /// Ranges must be in file order; a pose column must be there.
   Status Validate() const override;
-  /// Error: more rows than kMostRowsAsRests as rests beside a gyroscope.
+  /// Error: each row is a rest beside a gyroscope, and there are more than kMostRowsAsRests rows.
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
   /// Unset before the first sample.

@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-/// Held at most, of all streams together: 14 minutes of three at 100 Hz, some 25 MB.
+/// The most samples held, over all streams: 14 minutes of three streams at 100 Hz, some 25 MB.
 inline constexpr std::size_t kMostHeldSamples = 262144;
 /// Samples that sources hand over at once: 32 kB for each column, which stay in the cache.
 inline constexpr std::size_t kBlockSamples = 4096;
@@ -23,12 +23,12 @@ inline constexpr std::size_t kBlockSamples = 4096;
 /// Readings number [begin, end) of a block; columns that it lacks stay empty.
 SampleBlock PieceOf(const SampleBlock& block, std::size_t begin, std::size_t end);
 
-/// Readings of a stream that determine its smallest step: with noise σ of a hundred steps
-/// neighbours differ by one step once in √π σ = 177 times, so 113 times in these.
+/// Number of readings that determine a stream's smallest step: if noise has a σ of 100 steps,
+/// neighbours differ by one step in one of √π σ = 177 readings, 113 times in this number.
 inline constexpr std::int64_t kStepReadings = 20000;
 
-/// The lesser of `step` and the smallest difference between consecutive readings, from `before`
-/// on. Differences below 1e-9 of the `largest` reading are rounding of a conversion.
+/// The lesser of `step` and the smallest change between consecutive `values`, the first of which
+/// follows `before`. Changes below 1e-9 of the `largest` reading are rounding of a conversion.
 inline double SmallestStep(std::span<const double> values,
                            double before,
                            double largest,
@@ -60,7 +60,7 @@ struct HeldSamples {
   }
 
  private:
-  // Calls `change` with each column and the member of a block for it; optional columns are empty.
+  // Calls `change` with each column and its member of SampleBlock; optional columns may be empty.
   template <typename Change>
   void EachColumn(const Change& change) {
     change(&time_ns, &SampleBlock::time_ns), change(&row, &SampleBlock::row);

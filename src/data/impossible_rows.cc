@@ -14,41 +14,41 @@
 namespace truetriad {
 namespace {
 
-// Chosen: eight rows before a word and eight after it give the expected reading.
+// Chosen: eight rows before an error word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
 // The rows searched for the eight after it, so that two of three may be words as well.
 constexpr std::size_t kAhead = 24;
 // The most rows held back while a word lasts: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;
-// Chosen: a word is suspected when it differs from the reading before by more steps than this.
+// Chosen: a word is suspected if it differs from the reading before by more steps than this.
 constexpr double kFewSteps = 5.0;
 // The smallest error word except zero.
 constexpr double kLeastWord = 999.0;
-// Chosen: fewer readings, of which four remain after trimming, do not determine their spread.
+// Chosen: the fewest readings, four of them after trimming, that determine their spread.
 constexpr std::size_t kFewestAbout = 6;
 // The most extreme reading on each side is left out of the spread, as it may be a word itself.
 constexpr std::size_t kTrimmed = 1;
 // The 14 that remain of 16 span 2.6 σ, which determines σ as well as 12 degrees of freedom do.
 constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
-// Chosen: a word lies outside by more than five spreads of its 16 neighbours, which are of one
-// motion; the motion itself continues to within one spread of them.
+// Chosen: a word is outside the range of its 16 neighbours by more than five times their spread;
+// the motion that they show continues to within one spread of it.
 constexpr double kFarSpreads = 5.0;
-// A row with a smaller chance is no reading: one good row in a million is no loss.
+// A row less likely than this is no reading: to lose one good row in a million is no loss.
 constexpr double kUnlikely = 1e-6;
-// With a chance below a third of the share of zero words, a zero is a reading with a probability of
-// less than (1/3) / (1/3 + 1) = 1/4.
+// If a zero is less likely as a reading than a third of the share of zero words, the probability
+// that it is a reading is below (1/3) / (1/3 + 1) = 1/4.
 constexpr double kZeroShare = 1.0 / 3.0;
 // Chosen: up to three words in a row are judged as single errors; more may be a rest that reads
 // this word, and then only noise and distance count.
 constexpr std::size_t kFewInARow = 3;
-// Chosen: another word on all three axes at once is no reading where one axis is half a spread off.
+// Chosen: the same nonzero word on all axes is no reading if an axis is half a spread outside.
 constexpr double kApartSpreads = 0.5;
-// Chosen: readings that spread over fewer steps are of a rest, where a reading lies half a spread
-// outside by chance.
+// Chosen: readings that spread over fewer steps are of a rest, in which a reading may lie half a
+// spread outside by chance.
 constexpr double kSomeSteps = 20.0;
 
-// Whether drivers or file formats write the value where there is no reading: zero, ends of 16 and
-// 32 bits, numbers of nines.
+// Whether drivers or file formats write this value in place of a missing reading: zero, the limits
+// of 16 and 32 bits, numbers of nines.
 bool IsWord(double value) {
   const double size = std::abs(value);
   if (size < kLeastWord) return size == 0.0;
@@ -64,9 +64,9 @@ bool IsOneWord(const Eigen::Vector3d& reading) {
 
 // Readings before and after a word, and properties of their stream.
 struct AboutWord {
-  std::vector<Eigen::Vector3d> readings;  // Good ones before and after.
-  Eigen::Vector3d step;                   // Smallest between readings, per axis.
-  std::size_t in_a_row = 1;               // Suspected rows.
+  std::vector<Eigen::Vector3d> readings;  // Good readings before and after the word.
+  Eigen::Vector3d step;                   // Smallest change of readings, per axis.
+  std::size_t in_a_row = 1;               // Number of consecutive suspected rows.
   double zero_share = 0.0;                // Share of the rows so far that were zero words.
 };
 
@@ -75,8 +75,8 @@ struct Spread {
   double width() const { return std::max(high - low, step); }
   // Distance of a value outside the range, in widths.
   double Off(double value) const { return std::max({low - value, value - high, 0.0}) / width(); }
-  // Chance of one value among readings that scatter like these: TailOf is Student's density at it
-  // relative to the maximum, StepShare the chance of the most frequent step.
+  // The chance of a value among readings of this spread is TailOf, Student's density at the value
+  // relative to its maximum, times StepShare, the chance of the most frequent step.
   double sigma() const { return std::max((high - low) / kSpreadSigmas, 0.5 * step); }
   double TailOf(double value) const {
     const double distance = (value - 0.5 * (low + high)) / sigma();
@@ -93,8 +93,8 @@ Spread SpreadOf(const AboutWord& about, int axis) {
   return {values[kTrimmed], values[values.size() - 1 - kTrimmed], about.step[axis]};
 }
 
-// Whether `reading`, with a word on an axis or equal axes, cannot be a reading. A word alone is no
-// evidence: a gyroscope at rest may read 0, 0, 0.
+// Whether `reading`, with a word on an axis or the same value on all, cannot be a reading. The word
+// alone is no evidence: a gyroscope at rest may read 0, 0, 0.
 bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
   // StreamMonitor refuses readings that are not finite.
   if (!reading.allFinite()) return false;
@@ -112,7 +112,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
     if (one_word && spread.width() >= kSomeSteps * spread.step) apart = std::max(apart, off);
     chance *= spread.TailOf(reading[axis]) * (few ? spread.StepShare() : 1.0);
   }
-  // Without noise, many in a row are a simulated rest between turns at constant rates.
+  // Many such rows among readings without noise are a simulated rest between constant rates.
   if (!has_noise && !few) return false;
   if (farthest > kFarSpreads) return true;
   if (!one_word) return false;
@@ -120,7 +120,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
   return few && IsWord(reading.x()) && apart > kApartSpreads;
 }
 
-// A reading before the first one: far from all, so that every word is suspected.
+// Stands for the reading before the first: far from all, so that every word is suspected.
 Eigen::Vector3d Nowhere() { return Eigen::Vector3d::Constant(2.0 * kNoSensorReads); }
 
 }  // namespace
@@ -177,7 +177,7 @@ bool RowScreen::IsClean(const SampleBlock& block) {
   const bool look = is_clean && MayHaveSuspects(block);
   for (std::size_t i = 0; look && is_clean && i < count; ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
-    // The first reading of all has none before it.
+    // The first reading of the recording has none before it.
     const Eigen::Vector3d before = last_.value_or(Nowhere());
     is_clean = !IsSuspect(reading, before);
     last_ = reading;
@@ -200,7 +200,7 @@ void RowScreen::Remember(const Eigen::Vector3d& reading) {
   history_.push_back(reading);
 }
 
-// The readings kept from before, and those from `begin` on that are not suspected.
+// Good readings about a word: those kept before it, and unsuspected ones from `begin` on.
 std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* is_enough) const {
   std::vector<Eigen::Vector3d> about = history_;
   const Eigen::Vector3d before = history_.empty() ? Nowhere() : history_.back();

@@ -17,7 +17,7 @@
 
 namespace truetriad {
 
-/// No sensor reads as much in any unit, and squares up to it (1e60) stay in the range of a double.
+/// No sensor reads as much in any unit; squares of smaller values (to 1e60) fit into a double.
 inline constexpr double kNoSensorReads = 1e30;
 
 /// Removes from one stream the rows that are no readings but error words, which a driver or a bus
@@ -26,8 +26,8 @@ class RowScreen {
  public:
   explicit RowScreen(Triad triad) : triad_(triad) {}
 
-  /// Whether the next block has no suspected word and nothing is held back; the caller then uses it
-  /// as it is and calls Accept.
+  /// Whether the next block has no suspected word and nothing is held back; the caller then uses
+  /// the block as it is and calls Accept.
   bool IsClean(const SampleBlock& block);
   void Accept(const SampleBlock& block);
   /// Copies the block into the rows that are held back.
@@ -36,7 +36,7 @@ class RowScreen {
   SampleBlock Judge(bool at_end);
   bool is_empty() const { return rows_.size() == handed_; }
 
-  /// Reports how many rows were left out, and why; unset where none was.
+  /// Reports how many rows were left out, and why; unset if none was.
   std::optional<Finding> Left() const;
 
  private:
@@ -51,10 +51,10 @@ class RowScreen {
   bool LeaveOut(const Eigen::Vector3d& reading, std::int64_t row);
 
   Triad triad_;
-  HeldSamples rows_;                      // Those handed over last, then those held back.
-  std::size_t handed_ = 0;                // Those of rows_.
-  std::vector<Eigen::Vector3d> history_;  // The last ones that were kept.
-  // Smallest difference of neighbouring rows above rounding, and the largest reading.
+  HeldSamples rows_;                      // Rows handed over last, then rows held back.
+  std::size_t handed_ = 0;                // Number of rows_ that were handed over.
+  std::vector<Eigen::Vector3d> history_;  // The last readings that were kept.
+  // Per axis: smallest change between neighbouring rows above rounding, and largest reading.
   Eigen::Vector3d step_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d largest_ = Eigen::Vector3d::Zero();
   std::optional<Eigen::Vector3d> last_;  // Last reading of the last block.

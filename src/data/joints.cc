@@ -18,19 +18,19 @@
 namespace truetriad {
 namespace {
 
-// A joint turns gravity by 20 deg more than 1.5 times the angle that the gyroscope integrated:
-// 20 deg are more than bias, misalignment or bandwidth leave, and gains are not below 1 / 1.5.
+// At a joint gravity turns by 20 deg more than 1.5 times the angle that the gyroscope integrated:
+// bias, misalignment and bandwidth explain less than 20 deg, and gains are above 1 / 1.5.
 constexpr double kUnexplainedRad = 0.35, kGainOff = 1.5;
 // The median of three readings before and after a joint; a single spike does not move it.
 constexpr std::size_t kReadings = 3;
-// Chosen: at a joint one step makes 60 % of the change, as it lies between two readings. A turn
-// with a wrong gain of the gyroscope, in whatever unit, takes longer.
+// Chosen: at a joint, which lies between two readings, one step makes 60 % of the change. A turn
+// that a wrong gain or unit of the gyroscope leaves unexplained takes several steps.
 constexpr double kAtOnce = 0.6;
 
 struct Field {
   const std::vector<Eigen::Vector3d>& readings;  // At the times of the gyroscope.
   double strength_raw = 0.0;                     // An upper bound.
-  std::size_t spacing = 1;                       // Of its readings, in gyroscope readings.
+  std::size_t spacing = 1;                       // Gyroscope readings per reading of the field.
 };
 
 struct Readings {
@@ -61,7 +61,7 @@ double GravityRaw(const StreamSummary& accelerometer) {
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
-// Spacing of a sensor's own readings in rows of the gyroscope, at least the gyroscope's repeats.
+// Gyroscope rows from one new reading of a sensor to the next; at least the gyroscope's repeats.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
   const double rows =
@@ -123,13 +123,13 @@ bool IsExplained(double turned_rad, double way_rad) {
   return turned_rad <= kGainOff * way_rad + kUnexplainedRad;
 }
 
-// Change of the accelerometer from reading `at` to its next one.
+// Change of the accelerometer from reading `at` to the next one that is no repeat.
 double StepAt(const Field& accelerometer, std::size_t at) {
   const std::size_t next = std::min(at + accelerometer.spacing, accelerometer.readings.size() - 1);
   return (accelerometer.readings[next] - accelerometer.readings[at]).norm();
 }
 
-// A joint turns gravity and field at once where the gyroscope hardly turns. A jerk does not turn
+// At a joint gravity and field turn at once, while the gyroscope hardly turns. A jerk does not turn
 // the field, and a magnetic disturbance does not turn gravity.
 std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const Field& gravity = readings.accelerometer;
@@ -144,13 +144,13 @@ std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const double turned =
       std::min(TurnOf(by_gravity, gravity.strength_raw), TurnOf(change(field), field.strength_raw));
   if (!(turned > kUnexplainedRad)) return std::nullopt;
-  // A repeated reading was taken up to a spacing before.
+  // A repeated reading may have been taken a spacing earlier.
   const double way = WayOf(readings, first - std::min(first, spacing - 1), after + kReadings - 1);
   if (IsExplained(turned, way)) return std::nullopt;
   return FoundJoint{at, turned, way};
 }
 
-// All joints that gravity and field show; of overlapping ones that with the largest step.
+// All joints that gravity and field show; of overlapping joints, the one with the largest step.
 std::vector<FoundJoint> JointsOf(const Readings& readings) {
   std::vector<FoundJoint> joints;
   if (!readings.magnetometer) return joints;
@@ -181,7 +181,7 @@ std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
   if (!(turned > kUnexplainedRad)) return std::nullopt;
   const double way = WayOf(readings, 0, readings.size() - 1);
   if (IsExplained(turned, way)) return std::nullopt;
-  // A sensor with so few readings shows any turn as one step.
+  // A sensor with so few readings between the rests shows any turn as one step.
   if (readings.size() < kReadings * gravity.spacing) return std::nullopt;
   std::size_t at = 0;
   for (std::size_t i = 1; i + 1 < readings.size(); ++i) {
@@ -209,7 +209,7 @@ Finding FindingAt(const PoseSet& set, std::int64_t time_ns, std::int64_t row, st
       .With("row", static_cast<double>(row));
 }
 
-// The data row of the leading sensor at a time between two rests, its rows being evenly spaced.
+// The leading sensor's data row at a time between two rests, as if rows were evenly spaced.
 std::int64_t RowAt(const StaticPose& before, const StaticPose& after, std::int64_t time_ns) {
   const double share =
       static_cast<double>(time_ns - before.end_ns) /
@@ -279,7 +279,7 @@ void BreakMovesAtJoints(PoseSet* set) {
     if (auto fault = FaultOf(move, *set)) move.fault = std::move(fault);
   }
   for (RecordingJoint& joint : set->joints) {
-    // The fault of the move reports it.
+    // The fault of the move reports such a joint.
     joint.is_told = joint.is_told || IsWithinMove(joint, *set);
   }
   TellJoints(set);

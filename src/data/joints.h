@@ -8,13 +8,13 @@
 
 namespace truetriad {
 
-// Joints, where a recording was put together from pieces: the gyroscope does not show the change of
-// attitude there, so no turn is integrated across.
+// A joint is where a recording was put together from pieces: the gyroscope does not show the change
+// of attitude there, so no turn is integrated across it.
 
 // Sets the fault of moves across a joint, known from set->joints or found from the sensors.
 void BreakMovesAtJoints(PoseSet* set);
 
-// Adds to set->joints those found in the readings of a unit that never rests, with findings.
+// Adds to set->joints the joints in the readings of a unit that never rests, with findings.
 void FindJointsInMotion(PoseSet* set);
 
 }  // namespace truetriad

@@ -60,10 +60,10 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
   return sum / static_cast<double>(vectors.size());
 }
 
-// A rate that is held is as large in the first and last eighth of its interval as in the middle. A
-// difference of more than 0.1 %, and of more than kClearFactor times the noise of an eighth or the
-// drift of the middle, is an acceleration of the table; one eighth would then change the mean by
-// 1/8 of it.
+// A held rate is as large in the first and last eighth of its interval as in the middle. A
+// difference of more than 0.1 %, and of more than kClearFactor times both the noise of an eighth
+// and the drift of the middle, is an acceleration of the table; the eighth would change the mean by
+// 1/8 of the difference.
 constexpr double kRampShare = 0.001;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
@@ -97,8 +97,8 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
 }
 
 // Checks the ends of all intervals together: an acceleration of the table or a low-pass makes each
-// end differ from its middle by the same share of the rate, which a regression on the rate finds
-// beside a bias and a drift.
+// end differ from its middle by the same share of the rate; a regression on the rate finds this
+// share beside a bias and a drift.
 Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const PoseSet& set) {
   for (const bool is_first : {true, false}) {
     std::vector<Eigen::Vector3d> rates, missing;
@@ -240,7 +240,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   moments->resize(kept);
   if (kept > 0) {
     FillCovariances(*moments, resolution_raw, set);
-    // The bound of the shift holds for all readings, so the larger one is kept.
+    // The bound of the shift of a mean holds for rests and rates, so the larger one is kept.
     for (std::size_t i = 0; i < set->streams.size(); ++i) {
       Eigen::Vector3d& shift = set->streams[i].one_sided_raw;
       const Eigen::Vector3d& turned = turning.streams[i].one_sided_raw;

@@ -16,7 +16,7 @@ namespace truetriad {
 /// Averages the readings over the rows or times of stated rates, as GivenPoses does for rests.
 class RateMeans {
  public:
-  /// `monitor`: of the leading stream, belongs to the caller.
+  /// `monitor` is that of the leading stream and belongs to the caller.
   RateMeans(const std::vector<StatedRate>& rates,
             const RecordingInfo& info,
             Triad leading,
@@ -25,10 +25,10 @@ class RateMeans {
   Status Validate() const;
   Status Add(const std::vector<SampleBlock>& blocks);
 
-  /// Removes the poses in which a rate was held from `set`, and fills in set->rates. The poses have
-  /// their numbers and covariances; the covariances of the remaining ones are computed again.
-  /// `moments[i]` belongs to set->poses[i]. Error: a rate without readings, that was not held, or
-  /// with the number of a missing pose.
+  /// Removes the poses in which a rate was held from `set`, and fills in set->rates. The poses must
+  /// have numbers and covariances; the covariances of those that remain are computed again.
+  /// `moments[i]` belongs to set->poses[i]. Error: a rate has no readings, was not held, or is
+  /// stated for a pose that does not exist.
   Status Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
                 std::vector<PerTriad<TriadPoseMoments>>* moments,
                 PoseSet* set);
@@ -39,15 +39,15 @@ class RateMeans {
   std::optional<GivenPoses> means_;
 };
 
-/// Places whose readings are kept: turns, then rates, without those at poses.
+/// Places of stated turns, then of stated rates, whose readings are kept; none that are poses.
 std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
 /// Fills in set->turns from `recorder`, and sets the fault of moves in which a rate was held and of
-/// turns that are cut. Error: a turn outside of the log, or at a pose without a next one.
+/// turns that are cut. Error: a turn is outside of the log, or has no pose before or after it.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
 /// Sets the fault of known turns whose rows or times begin or end while the unit still turns, so
-/// that a part of their angle is outside, and names them in set->findings. Needs set->poses.
+/// that a part of their angle is outside, and reports how many. Needs set->poses.
 void RejectCutTurns(PoseSet* set);
 
 }  // namespace truetriad

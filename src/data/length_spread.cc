@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// Half as many, which remain after thinning, determine the spread of lengths to 5 %.
+// The most readings kept; half of them, left by thinning, determine the lengths' spread to 5 %.
 constexpr std::size_t kMostKept = 1024;
 
 }  // namespace

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-/// Robust length of a stream's readings: spikes and error words do not hide that the readings were
-/// normalised. Keeps 512 to 1024 readings, evenly spread over the stream.
+/// Robust length of a stream's readings and its scatter, which shows normalised readings in spite
+/// of spikes and error words. Keeps 512 to 1024 readings, evenly spread over the stream.
 class LengthSpread {
  public:
   void Add(const Eigen::Vector3d& reading) {
@@ -20,9 +20,9 @@ class LengthSpread {
   /// The half of the readings whose lengths lie closest together (the shorth, Andrews et al.
   /// 1972). All zero before there are two readings.
   struct Half {
-    double length = 0.0;   ///< Midpoint of the half.
+    double length = 0.0;   ///< Midpoint of the lengths in the half.
     double scatter = 0.0;  ///< Sigma of all lengths if they are normal, as a share of `length`.
-    /// Range of its readings per axis, as a share of `length`.
+    /// Range of the half's readings per axis, as a share of `length`.
     Eigen::Vector3d extent = Eigen::Vector3d::Zero();
   };
   Half ShortestHalf() const;

@@ -24,12 +24,12 @@ constexpr std::size_t kEachSide = 3;
 constexpr double kFarSigmas = 8.0;
 // Chosen: readings whose scatter is pooled; 0.64 s at 100 Hz, in which a hand moves steadily.
 constexpr std::size_t kTogether = 64;
-// Chosen: adjacent spikes shift their own median, so the search is repeated without those found.
+// Chosen: adjacent spikes shift the median beside them, so the search is repeated without them.
 constexpr int kMostPasses = 3;
-// σ of the skewness: white noise exceeds 5 once in 10^6 recordings.
+// Skewness, in σ, that is no chance: white noise exceeds 5 σ once in 10^6 recordings.
 constexpr double kSkewSigmas = 5.0;
-// A share p of readings with an error s shifts the mean by p s and the third moment by m = p s^3:
-// the mean by (p^2 m)^(1/3), most at the largest share. Chosen: a tenth of the readings.
+// A share p of readings with an error s shifts the mean by p s and the third moment by p s^3 = m,
+// so the mean by (p^2 m)^(1/3), most at the largest share. Chosen: a tenth of the readings.
 constexpr double kMostShare = 0.1;
 
 double MedianBeside(const std::vector<double>& values, std::size_t i) {
@@ -42,10 +42,10 @@ double MedianBeside(const std::vector<double>& values, std::size_t i) {
   return 0.5 * (beside[kEachSide - 1] + beside[kEachSide]);
 }
 
-// Outliers of one axis.
+// Finds the outliers of one axis.
 class AxisScreen {
  public:
-  // `is_compared`: whether the readings beside one are its neighbours in time.
+  // `is_compared`: whether the readings beside a reading are its neighbours in time.
   AxisScreen(const ReadingTrack& track,
              int axis,
              double resolution_raw,
@@ -56,7 +56,7 @@ class AxisScreen {
   }
 
   bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
-  // Bound of the error of the mean by one-sided outliers.
+  // Bound of the shift of the mean by one-sided outliers that are not far enough to be found.
   double OneSided() const {
     double count = 0.0, cubes = 0.0, squares = 0.0;
     for (std::size_t i = kEachSide; i + kEachSide < off_.size(); ++i) {
@@ -94,8 +94,8 @@ class AxisScreen {
 
   double resolution_raw_;
   std::vector<double> values_;
-  std::vector<double> off_;    // From the median of the neighbours.
-  std::vector<double> sigma_;  // Largest σ of that, of each group and those beside it.
+  std::vector<double> off_;    // Differences from the median of the neighbours.
+  std::vector<double> sigma_;  // Largest σ of off_ in each group and those beside it.
 };
 
 void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
@@ -128,14 +128,14 @@ std::vector<bool> AwayFromJoints(const std::vector<RecordingJoint>& joints,
 // Result of the search for outliers of a moving unit.
 struct SpikeScreen {
   std::int64_t replaced = 0;
-  // Bound of the shift of the mean by one-sided outliers too small to be found one by one; zero
-  // where the skewness is within chance.
+  // Bound of the shift of the mean by one-sided outliers too small to be found one by one; zero if
+  // the skewness may be chance.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
-// Replaces each spike by linear interpolation, along which a gyroscope without the reading would
-// be integrated. A reading is compared with the median of three on each side, relative to the
-// scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
+// Replaces each spike by linear interpolation, as a missing reading of a gyroscope is bridged in
+// integration. A reading is compared with the median of three readings on each side, relative to
+// the scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
 // sensor's smallest step. Readings on different sides of a joint are no neighbours.
 SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
                           const std::vector<RecordingJoint>& joints,

@@ -17,15 +17,15 @@
 namespace truetriad {
 namespace {
 
-// The same in nanoseconds, the unit of the times.
+// kLongestMoveS in nanoseconds, the unit of the times.
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
-// Chosen, of the widest range of an axis: an extreme so near to a move's first reading is no limit.
+// Chosen, of the widest axis's range: an extreme nearer to a move's first reading is no limit.
 constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
-// Whether one reading is repeated on all three axes at once: one axis alone repeats by chance where
-// its steps are as coarse as its noise. A quiet sensor repeats its reading at rest before the move
+// Whether a reading is repeated on all three axes at once; one axis alone repeats by chance if its
+// steps are as coarse as its noise. A quiet sensor repeats its reading at rest before the move
 // begins or after it ends, so within `rest_radius` of the first reading only a run over half of the
 // move counts.
 bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
@@ -40,7 +40,7 @@ bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
   });
 }
 
-// Why the readings do not determine the turn; unset when they do. `all`: the readings of all moves.
+// Why the readings do not determine the turn; unset if they do. `all`: the readings of all moves.
 std::optional<Finding> Fault(const RecordedMove& move,
                              const StreamSummary& gyroscope,
                              const std::vector<Eigen::Vector3d>& all) {
@@ -65,7 +65,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
       // For an axis that turned little, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
       const double step = gyroscope.resolution_raw[axis];
-      // Saturation reaches its limit in several runs, the largest of many rates only once.
+      // Saturation reaches its limit in several runs, the largest rate without it only once.
       if (RunsAtLimit(limit, step, axis, move.gyroscope_raw, gyroscope.repeats).empty() ||
           RunsAtLimit(limit, step, axis, all, gyroscope.repeats).size() < 2 ||
           !Acts(Mechanism::kTurnSaturated)) {
@@ -132,7 +132,7 @@ void MoveRecorder::DropRest(const StaticPose& pose) {
 }
 
 void MoveRecorder::DropLongMove(std::int64_t judged_before_ns) {
-  // No turn between two poses lies before the first pose.
+  // Before the first pose nothing is kept, as no turn between two poses lies there.
   const std::int64_t after_ns =
       last_end_ns_ ? *last_end_ns_ + kLongestMoveNs : std::numeric_limits<std::int64_t>::min();
   if (after_ns < judged_before_ns) to_drop_.push_back({after_ns, judged_before_ns});

@@ -16,8 +16,8 @@ namespace truetriad {
 /// Keeps the readings of all sensors between the poses and in stated spans of rows or times.
 ///
 /// Readings inside a pose are dropped as soon as the pose is known, and those of a move as soon as
-/// it is known to last longer than kLongestMoveS, so that memory holds the moves and what static
-/// detection has not judged yet, however long nothing rests or one rest lasts.
+/// the move is known to last longer than kLongestMoveS. So memory holds only moves and what static
+/// detection has not judged yet, however long a rest, or motion without a rest, lasts.
 class MoveRecorder {
  public:
   /// Chosen: a turn that takes longer is not used, since a drift of the bias by 0.01 deg/s changes
@@ -36,10 +36,10 @@ class MoveRecorder {
   /// poses that end before this time are known.
   void DropLongMove(std::int64_t judged_before_ns);
 
-  /// The moves between consecutive poses of `set`, in order, with a fault where there is one.
+  /// The moves between consecutive poses of `set`, in order, with a fault if there is one.
   std::vector<RecordedMove> Moves(const PoseSet& set) const;
 
-  /// The readings of each span in the order in which they were stated, likewise.
+  /// The readings in each span, in the order that spans were stated in, with a fault if any.
   std::vector<RecordedMove> Spans(const PoseSet& set) const;
 
   /// The last row read of the leading stream's file; -1 before.
@@ -58,15 +58,15 @@ class MoveRecorder {
   };
   struct Span {
     RowSpan rows;
-    std::int64_t start_ns = 0, end_ns = -1;  // Of its rows read so far, or as stated.
+    std::int64_t start_ns = 0, end_ns = -1;  // Times of its rows read so far, or as stated.
     bool is_by_row = true;
   };
 
-  // Removes all readings inside an interval except its first and last one, which end the turns
-  // beside it, and those in a span with one more on each side.
+  // Removes all readings inside a stretch to drop except its first and last one, which end the
+  // turns beside it, and those in a span with one more on each side.
   void Compact(ReadingTrack* track) const;
 
-  // The readings from time `first` of the gyroscope to before `last`.
+  // The gyroscope's move from the reading at `first` to the one before `last`.
   using Time = std::vector<std::int64_t>::const_iterator;
   RecordedMove Cut(Time first, Time last, const StreamSummary& gyroscope) const;
 

@@ -218,7 +218,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
       if (info.has_time) {
-        // Rows that are left out as error words are drawn nevertheless.
+        // Traces are drawn with the rows that are left out as error words.
         for (const SampleBlock& block : blocks) recorders[block.triad].Add(block);
       }
       impossible.Apply(&blocks);

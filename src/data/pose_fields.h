@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-// The fields of poses in the output of verbs, and of programs of poses (tree/fields.h).
+// The fields of pose sets in the output of commands, and of pose programs (tree/fields.h).
 
-/// A stream or a pose of a set that has times or none.
+/// A stream or a pose of a set, and whether the set has times.
 template <typename T>
 struct PartOfSet {
   const T& part;

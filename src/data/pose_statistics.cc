@@ -14,18 +14,18 @@
 namespace truetriad {
 namespace {
 
-// Chosen: one-sided outliers need at least 50 windows, a mean offset of the windows' middles of 4 σ
-// and of 5 % of the noise of one reading; they shift the mean by at most half of that offset.
+// Chosen: one-sided outliers are seen from 50 windows on, if mid-ranges of windows are off the
+// means by 4 σ and 5 % of a reading's noise; they shift the mean by half of that offset at most.
 constexpr double kFewestOneSided = 50.0, kOneSidedSigmas = 4.0, kOneSidedShare = 0.05,
                  kOneSidedMean = 0.5;
 
-// A variance is not compared with another below 8 degrees of freedom, where its σ is half of it.
+// Variances are compared from 8 degrees of freedom on, with which σ is half of the variance.
 constexpr double kEnoughDof = 8.0;
-// A longer batch counts when white noise would give its larger variance in one set of 1000.
+// Longer batches are used if white noise gives their larger variance in one set of 1000 at most.
 constexpr double kLongerBatchLevel = 1e-3;
 // The level at which a pose is noisier than the others: small, as a set has many poses.
 constexpr double kNoisierLevel = 1e-6;
-// Chosen: a factor of the variance (1.22 of sigma); less of an excess is harmless.
+// Chosen: the least factor of variance (1.22 of σ) of a noisier pose; less excess is harmless.
 constexpr double kNoisierFactor = 1.5;
 // Chosen: at most 128 segments of a long pose are kept, 64 or more after a merge: 8 an eighth.
 constexpr std::size_t kMostSegments = 128;
@@ -35,7 +35,7 @@ bool IsSignificantlyMore(double variance, double dof, double than, double than_d
   return than <= 0.0 || 1.0 - FisherCdf(variance / than, dof, than_dof) < level;
 }
 
-// One axis of one triad, over all poses.
+// The noise of one axis of one triad, over all poses.
 class AxisNoise {
  public:
   AxisNoise(const std::vector<const TriadPoseMoments*>& poses, int axis)
@@ -52,7 +52,7 @@ class AxisNoise {
   double inflation() const { return white_variance() > 0.0 ? LongRun() / white_variance() : 1.0; }
   bool known() const { return white_.dof > 0.0; }
 
-  // Long-run variance of one sample: divided by n it is the variance of the mean of pose i.
+  // Long-run variance of one sample of pose i; over n it is the variance of the pose's mean.
   double VarianceOfPose(std::size_t i) const {
     if (!noisier_[i]) return LongRun();
     const double own_white = White(*poses_[i]).variance()[axis_] * inflation();
@@ -72,7 +72,7 @@ class AxisNoise {
     return level < pose.batches.size() ? pose.batches[level] : BatchScatter();
   }
 
-  // 0: inside the windows; l: batches of 2^(l-1) windows.
+  // Scatter of a stage, 0: inside the windows, l: of the means of batches of 2^(l-1) windows.
   const BatchScatter& Stage(std::size_t stage) const {
     return stage == 0 ? white_ : batches_[stage - 1];
   }
@@ -89,7 +89,7 @@ class AxisNoise {
         batches_[l].Add(poses_[i]->batches[l]);
       }
     }
-    // With one sample per window the windows themselves are the samples.
+    // With one sample per window, the scatter of the windows' means is that of the samples.
     if (white_.dof < kEnoughDof && !batches_.empty()) white_ = batches_.front();
     chosen_ = 0;
     for (std::size_t longer = 1; longer <= batches_.size(); ++longer) {
@@ -143,9 +143,9 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   return correlation;
 }
 
-// An outlier in a window moves the middle between the extremes by half of its error and the mean
-// by the error over the window's count, so one-sided outliers show in the mean of middle less mean
-// over all windows. Noise with tails of any length moves the middle to both sides alike.
+// An outlier in a window moves the mid-range by half of its error and the mean by the error over
+// the window's count, so one-sided outliers show in the average of mid-range less mean over all
+// windows. Noise with tails of any length moves the mid-range to both sides alike.
 Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
                               const Eigen::Vector3d& sigma_raw) {
   double windows = 0.0;
@@ -168,8 +168,8 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   return shift;
 }
 
-// `deviation`: σ of the mean of the pose. The variance of a quarter's mean is four times, that of
-// the middle half's twice as large.
+// `deviation`: σ of the pose's mean. The variance of the mean of a quarter is four times as large,
+// that of the middle half twice as large.
 void AddQuarters(const TriadPoseMoments& moments,
                  const Eigen::Vector3d& deviation,
                  double duration_s,
@@ -250,7 +250,7 @@ struct MeanAndVariance {
 // Mean and variance of normal readings about `place` after rounding, all in steps.
 MeanAndVariance Rounded(double place, double sigma) {
   const auto below = [&](double edge) { return NormalCdf((edge - place) / sigma); };
-  const double reach = std::ceil(6.0 * sigma) + 1.0;  // Beyond 6 σ is 2e-9 of all.
+  const double reach = std::ceil(6.0 * sigma) + 1.0;  // A share of 2e-9 is beyond 6 σ.
   double sum = 0.0, square = 0.0;
   for (double k = std::round(place) - reach; k <= std::round(place) + reach; k += 1.0) {
     const double share = below(k + 0.5) - below(k - 0.5);
@@ -274,7 +274,7 @@ double VarianceOfRounded(double mean, double sigma) {
 
 double RoundingVarianceAt(double mean, double variance, double step) {
   if (!(step > 0.0)) return 0.0;
-  // Noise of one step reduces the effect of rounding to about 1e-17 of it.
+  // Noise of one step reduces the variance of rounding to about 1e-17 of step^2 / 12.
   const double wanted = variance / (step * step);
   if (wanted > 1.0) return RoundingVariance(variance, step);
   const double place = std::remainder(mean / step, 1.0);

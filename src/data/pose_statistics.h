@@ -14,9 +14,9 @@
 
 namespace truetriad {
 
-/// Scatter of equally long batches of samples about a straight line in time, per axis.
+/// Scatter of the means of equally long batches of samples about a line in time, per axis.
 struct BatchScatter {
-  Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Times samples a batch.
+  Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Sum, times samples a batch.
   double dof = 0.0;
 
   void Add(const BatchScatter& other) {
@@ -32,11 +32,11 @@ struct BatchScatter {
 
 /// Number of equal parts of a pose that are compared with each other.
 inline constexpr std::size_t kEighths = 8;
-/// Chosen: an eighth that differs by 8 times its white noise, or 8 times the drift of the middle
-/// half, differs not by chance.
+/// Chosen: an eighth that differs from the middle half by 8 times its white noise and 8 times the
+/// drift of the middle half differs not by chance.
 inline constexpr double kClearFactor = 8.0;
 
-/// Needs kEighths elements.
+/// `eighths` must have kEighths elements.
 inline Eigen::Vector3d MeanOfMiddleHalf(const std::vector<Eigen::Vector3d>& eighths) {
   return 0.25 * (eighths[2] + eighths[3] + eighths[4] + eighths[5]);
 }
@@ -49,7 +49,7 @@ struct TriadPoseMoments {
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
-  /// Sums over windows of the middle of the extremes less the mean, and of its square.
+  /// Sums over windows of the mid-range (of the extremes) less the mean, and of its square.
   Eigen::Array3d off_middle = Eigen::Array3d::Zero();
   Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
@@ -63,7 +63,7 @@ struct TriadPoseMoments {
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
 
-/// σ of the mean of an eighth of a pose by white noise, per axis; zero where no window holds two
+/// σ of the mean of an eighth of a pose by white noise, per axis; zero if no window holds two
 /// readings.
 inline Eigen::Array3d NoiseOfEighth(const TriadPoseMoments& moments) {
   if (!(moments.window_dof > 0.0)) return Eigen::Array3d::Zero();
@@ -111,7 +111,7 @@ class TriadPoseAccumulator {
   std::vector<Eigen::Vector3d> Eighths() const;
 
   struct Level {
-    RunningLine<Eigen::Array3d> line{Eigen::Array3d::Zero()};  // Of batch means on their number.
+    RunningLine<Eigen::Array3d> line{Eigen::Array3d::Zero()};  // Batch means against their number.
     double samples = 0.0;
     // The first of two batches that make one of the next level.
     Eigen::Array3d half_mean = Eigen::Array3d::Zero();
@@ -122,7 +122,7 @@ class TriadPoseAccumulator {
   TriadPoseMoments moments_;
   TriadWindow total_;
   std::vector<Level> levels_;
-  std::vector<Segment> segments_;  // The last one may be short of windows.
+  std::vector<Segment> segments_;  // The last segment may lack windows.
   std::int64_t segment_windows_ = 1, last_segment_windows_ = 0;
 };
 
@@ -151,9 +151,9 @@ class PoseAccumulator {
 /// Fills the covariances of all poses of a set and the noise of its streams.
 ///
 /// Noise is pooled over the poses: the white part from inside the windows, and the long-run part
-/// from batch means with batches of 1, 2, 4, … windows. The inflation is the ratio at the
-/// shortest batch after which no longer batch shows significantly more; white noise therefore has
-/// an inflation of 1. A pose that is significantly noisier than the others keeps its own variance.
+/// from batch means with batches of 1, 2, 4, … windows. The inflation is the ratio of long-run to
+/// white variance, at the shortest batches beyond which it does not grow significantly; that of
+/// white noise is 1. A pose that is significantly noisier than the others keeps its own variance.
 ///   covariance of the mean = D R D / n,  D^2 = variance * inflation,  R: correlation of the axes
 /// plus the rounding of coarse steps, q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no averaging
 /// reduces.
@@ -165,16 +165,16 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
 /// Mean square of the error that rounding to `step` adds to a mean of many readings, over all
 /// places between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place, with
 /// an amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12.
-/// `variance` is that of rounded readings, which contains step^2/12, pooled over all poses, as in
-/// one pose between two steps readings scatter by half a step.
+/// `variance` is that of rounded readings, which contains step^2/12. It must be pooled over all
+/// poses: in a single pose half-way between two steps readings scatter by half a step.
 double RoundingVariance(double variance, double step);
 
-/// The same where all poses lie at one place between two steps, as a gyroscope's rests do, with
-/// this mean and variance of rounded readings. Half-way between two steps readings scatter by half
-/// a step however small the noise is, so the noise is found whose rounding gives mean and variance.
+/// As RoundingVariance, but if all poses lie at one place between two steps, as a gyroscope's rests
+/// do; `mean` and `variance` are of the rounded readings. Half-way between two steps these scatter
+/// by half a step however small the noise is, so the noise that explains both is sought.
 double RoundingVarianceAt(double mean, double variance, double step);
 
-/// Lowest, mean and highest temperature of the poses; unset where any pose has none.
+/// Lowest, mean and highest temperature of the poses; unset if any pose has none.
 std::optional<Eigen::Vector3d> RecordedDegc(const PoseSet& poses);
 
 }  // namespace truetriad

@@ -44,7 +44,7 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
   };
   std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, fewest);
   std::erase_if(runs, [&](const EqualReadings& run) {
-    // Before the first reading counts as far, too: 0 - 1 is beyond the last.
+    // The place before the first reading counts as far, too: index 0 - 1 is beyond the last.
     return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));
   });
   return runs;
@@ -62,7 +62,7 @@ std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& reading
   };
   std::erase_if(runs, [&](const EqualReadings& run) {
     const bool is_all = run.end - run.begin == readings.size();
-    // Before the first reading there is none: 0 - 1 is beyond the last.
+    // No reading is before the first one: index 0 - 1 is beyond the last.
     return !is_all && !is_far(run.begin - 1, run.begin) && !is_far(run.end, run.begin);
   });
   return runs;

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-// Chosen: one or two lost samples are the jitter of a logger; more than five spacings are a gap.
+// Chosen: a gap is more than five usual intervals; one or two lost samples are a logger's jitter.
 inline constexpr double kGapSpacings = 5.0;
 // Chosen: a gap of up to 50 ms is bridged, in which the rate of a turn by hand is nearly linear.
 inline constexpr double kBridgedS = 0.05;
@@ -19,7 +19,7 @@ inline constexpr double kBridgedS = 0.05;
 inline constexpr std::size_t kStuckReadings = 8;
 // Chosen: three equal readings in a row at the end of the range are saturation.
 inline constexpr std::size_t kSaturatedReadings = 3;
-// A reading beside a run of equal ones is a jump from 1.5 steps on, half way between one and two.
+// A difference of neighbouring readings is a jump from 1.5 steps on, half-way from one to two.
 inline constexpr double kFarSteps = 1.5;
 
 /// Readings number [begin, end).
@@ -28,8 +28,8 @@ struct EqualReadings {
 };
 
 /// The runs of at least kSaturatedReadings, times `repeats` (StreamSummary), in which one axis
-/// stays on `limit`. With coarse steps the maximum of a rate does so as well, but reaches and
-/// leaves it by one `step`.
+/// stays on `limit`. With coarse steps the peak of a rate stays on it as well, but reaches and
+/// leaves it by one `step`; such runs are left out.
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
@@ -37,7 +37,7 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double repeats);
 
 /// The runs of at least kStuckReadings, times `repeats` (StreamSummary), that no working sensor
-/// makes: a coarse one reaches and leaves its reading by a step of `step_raw` on each axis.
+/// makes: a coarse sensor has runs, too, but comes and goes by one `step_raw` on each axis.
 std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
                                      const Eigen::Vector3d& step_raw,
                                      double repeats);
@@ -48,16 +48,16 @@ std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& reading
 /// Appends the readings of a block, without their rows.
 void Append(const SampleBlock& block, ReadingTrack* track);
 
-/// Keeps the first of equal consecutive readings where those of `stream` are usually repeated.
-/// Returns how many were left out.
+/// Keeps the first of equal consecutive readings if `stream` usually repeats its readings. Returns
+/// how many readings were left out.
 std::size_t LeaveOutHeld(const StreamSummary& stream, ReadingTrack* track);
 
-/// The common step of all readings where each row is a pose, for all axes; 0 where there is none.
-/// Readings differ by many steps from one pose to the next.
+/// The step of a triad's readings, the same for all axes, if each row is a pose, so that readings
+/// differ by many steps from one to the next; 0: no common step.
 double StepOfRows(Triad triad, const std::vector<StaticPose>& poses);
 
-/// Where each row is a pose: leaves out readings equal to those of the row before, and rows that
-/// are then empty, with a finding.
+/// If each row is a pose: leaves out readings equal to those of the row before, and rows that
+/// become empty by this, with a finding.
 void LeaveOutRepeats(PoseSet* set);
 
 }  // namespace truetriad

@@ -22,17 +22,17 @@
 namespace truetriad {
 namespace {
 
-// Chosen, of the range over all attitudes (2 g of an accelerometer): 0.6 deg between the middle of
-// a rest and its ends.
+// Chosen, of a triad's range over all attitudes (2 g of an accelerometer): the ends of a rest are
+// at most 0.6 deg off its middle.
 constexpr double kMovedShare = 0.005;
-// Chosen: 3 deg rms within the middle of a rest, as of a unit in the hand, make its mean useless.
+// Chosen, of that range: 3 deg RMS in the middle of a rest, as in the hand, make its mean useless.
 constexpr double kWanderShare = 0.03;
 // Chosen: four rests determine by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
 // How far a triad moves within one rest, per axis, raw unit.
 struct Movement {
-  Eigen::Array3d ends = Eigen::Array3d::Zero();    // Outer quarters less middle half.
+  Eigen::Array3d ends = Eigen::Array3d::Zero();    // Farthest outer eighth from the middle half.
   Eigen::Array3d wander = Eigen::Array3d::Zero();  // RMS within the middle half.
   Eigen::Array3d noise = Eigen::Array3d::Zero();   // White noise of an eighth.
 };
@@ -68,7 +68,7 @@ double RangeOf(Triad triad, const PoseSet& set) {
 }
 
 struct MovingRests {
-  std::vector<bool> moves;  // Of each pose.
+  std::vector<bool> moves;  // Whether the triad moves, by pose.
   std::size_t known = 0;
   double largest_raw = 0.0;
 };
@@ -111,18 +111,18 @@ MovingRests FindMoving(Triad triad,
   return found;
 }
 
-// Removes the readings of a triad in rests in which it changes while another triad does not: the
-// unit is still, but a clock with an error of part of a second puts the end of the turn before, or
-// the beginning of the next one, into the rest; or a magnet passes.
+// Removes a triad's readings from rests in which they change while another triad's do not: the unit
+// is still, but a clock with an error of part of a second puts the end of the turn before, or the
+// beginning of the turn after, into the rest; or a magnet passes.
 //
-// A rest moves for a triad when one of its two outer eighths on a side differs from its middle half
-// by more than kMovedShare of the range over all rests, and by more than kClearFactor times the
-// median drift of the rests' middles and their noise; or when its own middle drifts by kWanderShare
-// of the range. A difference of one step of the sensor does not count.
+// A triad moves in a rest if one of the two outer eighths on a side differs from the middle half by
+// more than kMovedShare of the range over all rests, and by more than kClearFactor times the median
+// drift of the rests' middles and their noise; or if the middle itself drifts by kWanderShare of
+// the range. A difference of one step of the sensor does not count.
 //
-// Warns with the numbers of the rests. Where most rests of a triad move, all stay, without a
-// finding. Returns whether any reading was removed. `moments[i]` belongs to set->poses[i], which
-// need their numbers.
+// Warns with the numbers of the rests. If a triad moves in most rests, all its readings stay,
+// without a finding. Returns whether any reading was removed. `moments[i]` belongs to
+// set->poses[i], which need their numbers.
 bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments, PoseSet* set) {
   PerTriad<MovingRests> found;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -130,7 +130,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     found[triad] = FindMoving(triad, moments, *set);
     if (found[triad].known < kFewestRests) return false;
   }
-  // A rest that moves for both triads is no effect of clocks.
+  // A rest in which both triads move is no effect of clocks.
   for (std::size_t i = 0; i < set->poses.size(); ++i) {
     auto accelerometer = found[Triad::kAccelerometer].moves[i];
     auto magnetometer = found[Triad::kMagnetometer].moves[i];
@@ -144,7 +144,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     for (std::size_t i = 0; i < set->poses.size(); ++i) {
       if (rests.moves[i]) moving.push_back(&set->poses[i]);
     }
-    // Where a sensor moves in most rests it is unknown which of the two is right.
+    // If a sensor moves in most rests, it is unknown which of the two is right.
     if (moving.empty() || 2 * moving.size() > rests.known) continue;
     if (!Acts(Mechanism::kMovingReadings)) continue;
     const Triad still =
@@ -169,7 +169,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
   return removed;
 }
 
-// Adds findings for the turns with faults, those of one reason together.
+// Adds findings for the turns with faults; turns with the same fault share one finding.
 void AddFaultsOfMoves(PoseSet* set) {
   std::vector<std::pair<Finding, std::vector<const RecordedMove*>>> reasons;
   for (const RecordedMove& move : set->moves) {

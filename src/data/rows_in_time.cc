@@ -14,20 +14,20 @@
 namespace truetriad {
 namespace {
 
-// Readings closer than 1 degree (2 of the noisier magnetometer), as a share of their length, are of
-// one attitude. Of random attitudes one in ten thousand is as close to the one before. A table of
-// headings, 5 degrees apart, changes the field alone.
+// Readings that differ by less than 1 degree (2 of the noisier magnetometer), as a share of their
+// length, are of one attitude. Of random attitudes one in ten thousand is as close to the one
+// before. The field is compared, too: only it changes in a table of headings, 5 degrees apart.
 constexpr double kLikeForce = 0.0175, kLikeField = 0.035;
 
 // 5.7 deg/s: at rest no gyroscope differs more than a few deg/s from its bias.
 constexpr double kTurningRadps = 0.1;
-constexpr double kMostTurning = 0.05;  // Chosen: more rows than are disturbed by accident.
+constexpr double kMostTurning = 0.05;  // Chosen, of the rows: accidents disturb fewer.
 
 constexpr const char* kRemedy =
     "Add `time[s]`, or state its rate in a manifest (`time: {unit: samples, rate_hz: 100}`); if "
     "each row is a rest all the same, state `poses: every_row` in an experiment (`-c`)";
 
-// Whether a row has a covariance, a name, a face or an attitude.
+// Whether any row has a covariance, a name, a face or an attitude.
 bool AreNamed(const PoseSet& poses) {
   return std::any_of(poses.poses.begin(), poses.poses.end(), [](const StaticPose& pose) {
     const auto& reading = pose.triads[Triad::kAccelerometer];
@@ -64,7 +64,7 @@ Status RejectTurningRows(const PoseSet& poses) {
                    " of them. " + kRemedy);
 }
 
-// True also where one of them has no reading.
+// True also if one of the poses has no reading.
 bool AreAlike(const StaticPose& pose, const StaticPose& other, Triad triad, double share) {
   const auto& reading = pose.triads[triad];
   const auto& before = other.triads[triad];

@@ -13,8 +13,8 @@
 namespace truetriad {
 namespace {
 
-// Chosen: a session that starts earlier is shifted to begin 1 s after the end of the one before,
-// since recordings often start at zero.
+// Chosen: a session begins at least 1 s after the end of the one before; times that start earlier
+// are shifted, since recordings often start at zero.
 constexpr std::int64_t kApartNs = 1'000'000'000;
 
 // The file with its folder, "b/recording.yaml", as a whole path is too long for a finding.
@@ -84,7 +84,7 @@ Status CheckSameMount(const PoseSet& first, const PoseSet& more) {
       .About("streams.magnetometer");
 }
 
-// Error: two sessions that are not of one unit, or cannot be joined.
+// Error: the two sessions are of different units, or cannot be joined.
 Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   const std::string& source = first.sessions.front().source;
   if (!first.serial.empty() && !more.serial.empty() && first.serial != more.serial) {

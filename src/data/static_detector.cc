@@ -15,8 +15,8 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-// Chosen: the activity of a window is over the five around it, so that a rest loses two windows at
-// each end, which is its settling time.
+// Chosen: the activity of a window is measured over the five windows around it, so that a rest
+// loses two windows at each end, its settling time.
 constexpr std::size_t kSpan = 5;
 
 // Chosen, in log2 of variance: levels are tried in steps of a factor 1.4.
@@ -31,15 +31,15 @@ constexpr double kNoiseSigmas = 4.0;
 // The mean of a rest may move by 1 % of the range, that is 1.1 deg of 2 g: averaging over such a
 // turn shortens the mean of a unit vector by 2e-5 only.
 constexpr double kSteadyShare = 0.01;
-// Chosen: a long rest may drift in addition with the temperature, 0.1 mg/s of 2 g.
+// Chosen: a rest may also drift thermally, by this share of the range in a second: 0.1 mg/s of 2 g.
 constexpr double kThermalShareHz = 5e-5;
-// Chosen, of 2 g: within 6 mg (0.3 deg) the attitude before and after a knock is the same, and a
-// tilt of 0.1 g (6 deg) during it is handling.
+// Chosen, of the range, 2 g: attitudes within 6 mg (0.3 deg) before and after a knock are the same,
+// and a tilt by more than 0.1 g (6 deg) during it is handling.
 constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
-// Chosen: the heading is the same when the gyroscope's integral about each axis is within 2.9 deg;
-// in an unknown unit, within 0.02 s at the range of its readings.
+// Chosen: the heading is the same if the gyroscope's integral about each axis is within 2.9 deg; in
+// an unknown unit, within 0.02 s times the range of its readings.
 constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
-// Chosen: the gyroscope before and after a knock agrees within this share of its range.
+// Chosen, of its range: the gyroscope's reading after a knock is that before it to this share.
 constexpr double kSameRateShare = 0.005;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
@@ -56,7 +56,7 @@ Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
   return origin + sum / std::max(samples, 1.0);
 }
 
-// Variance of that mean from the scatter within windows: it includes spikes, not slow turns.
+// Variance of MeanOf by the scatter within windows, which includes spikes, but not slow turns.
 Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
                               std::size_t begin,
                               std::size_t end) {
@@ -70,9 +70,9 @@ Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
   return scatter / std::max(dof, 1.0) / std::max(samples, 1.0);
 }
 
-// Share of that variance that is white noise, squared: 1 where means of neighbouring windows differ
-// as much as the scatter within them makes white noise differ, and less the more they differ, as of
-// a trembling or turning hand.
+// Share of MeanVarianceOf that is white noise, squared: 1 if means of neighbouring windows differ
+// as much as white noise with the scatter within windows makes them, and less the more they differ,
+// as in a trembling or turning hand.
 Eigen::Array3d WhiteShareOf(const std::vector<TriadWindow>& windows,
                             std::size_t begin,
                             std::size_t end) {
@@ -138,8 +138,8 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  // Motion at the ends of a rest is missing in the turns beside it, so with turns shorter rests are
-  // cut. Without turns the mean of a whole short rest is better than that of its middle.
+  // Motion inside the ends of a rest is missing from the turns beside it, so if there are turns,
+  // shorter rests are cut, too. Else a whole short rest has a better mean than its middle.
   const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
@@ -199,8 +199,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
   }
 }
 
-// When nothing moves in the whole buffer the range of the signal is noise and drift, which is no
-// measure of how far a mean may move. Then a hundred times the noise replaces it.
+// If nothing moves in the whole buffer, the range of the signal is noise and drift, which does not
+// show how far a mean may move. Then a hundred times the noise replaces the range.
 void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
   std::vector<double> finite;
   for (const float activity : activity_) {
@@ -208,8 +208,8 @@ void StaticDetector::WidenRangeIfQuietThroughout(const WindowBuffer& buffer) {
   }
   if (finite.empty()) return;
   const auto [low, high] = CentralRange(&finite);
-  // 5 windows of 4 samples and 3 axes have 57 degrees of freedom: 98 % of their variances lie
-  // within a factor of 2.4. Twice that allows for correlated noise.
+  // 5 windows of 4 samples and 3 axes have 57 degrees of freedom: 98 % of such variances lie within
+  // a factor of 2.4. Twice that, 2^2.25, allows for correlated noise.
   if (high - low > 2.25) return;
   for (const DetectorTriad& known : all_) {
     if (known.expected_range_raw > 0.0) continue;
@@ -233,12 +233,12 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
   }
   if (lowest > highest) return -kNever;
   const auto levels = static_cast<int>((highest - lowest) / kLevelStep) + 2;
-  std::vector<std::size_t> rests;  // By level.
+  std::vector<std::size_t> rests;  // Number of rests by level.
   rests.reserve(static_cast<std::size_t>(levels));
   for (int step = 0; step < levels; ++step) {
     rests.push_back(RestsBelow(buffer, lowest + kLevelStep * step).size());
   }
-  // For each number n of rests: the longest run of levels with at least n.
+  // For each number n of rests: the runs of levels with at least n, scored by their width.
   double best_score = 0.0, best_level = -kNever;
   for (const std::size_t number : rests) {
     if (number == 0) continue;
@@ -314,9 +314,9 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
 }
 
-// Cuts up to a quarter at each end of a rest of `fewest` windows or more where the mean differs by
-// more than 4 times the noise or the drift of its middle half. A steady drift is not cut: at the
-// ends it is 3.5 times its rms in the middle half.
+// Cuts up to a quarter at each end of a rest of `fewest` windows or more, while the mean there
+// differs by more than 4 times the noise and the drift of the rest's middle half. A steady drift is
+// not cut: at the ends it is 3.5 times its RMS in the middle half.
 void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows,
                                  std::size_t fewest,
                                  WindowRun* run) {
@@ -347,7 +347,7 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
                              const WindowRun& later) const {
   const auto silent =
       static_cast<double>(buffer.index(later.first) - buffer.index(earlier.second - 1) - 1);
-  // The activity extends a knock by the span.
+  // The activity extends the gap beyond the knock by the span.
   if ((silent - static_cast<double>(kSpan - 1)) * window_s_ > options_.max_knock_s) return false;
   const WindowRun before{earlier.second - std::min(kSpan, earlier.second - earlier.first),
                          earlier.second};
@@ -360,8 +360,9 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
          !WasHandled(buffer, before, after);
 }
 
-// True when the triad has the same reading before and after the gap. A turn about the vertical does
-// not change the accelerometer, and only the gyroscope shows one that is also about the field.
+// True if the triad has the same reading before and after the gap. A turn about the vertical does
+// not show in the accelerometer, nor one about the field in the magnetometer, so a gyroscope must
+// not have turned during the gap either.
 bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
                                 const DetectorTriad& known,
                                 const WindowRun& before,

@@ -30,7 +30,7 @@ struct DetectorTriad {
   Triad triad = Triad::kAccelerometer;
   /// Step of the readings of each axis; 0 when too fine to matter.
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();
-  /// The least change of reading by turning the unit over; 0 when the scale is unknown.
+  /// The least change of the reading when the unit is turned over; 0: the scale is unknown.
   double expected_range_raw = 0.0;
   /// SI per reading; 0 when unknown (counts).
   double si_per_raw = 0.0;
@@ -48,8 +48,8 @@ struct DetectorTriad {
 /// among those whose number persists. A sensor that always turns has no level with rests.
 class StaticDetector {
  public:
-  /// `triads`: those that distinguish rest from motion; the first one's mean must be steady.
-  /// `witnesses`: others, which only show whether the attitude after a knock is that before it.
+  /// `triads` distinguish rest from motion; the mean of the first one must be steady in a rest.
+  /// `witnesses` only show whether the attitude after a knock is that before it.
   StaticDetector(const StaticDetectorOptions& options,
                  std::vector<DetectorTriad> triads,
                  const std::vector<DetectorTriad>& witnesses,
@@ -61,9 +61,9 @@ class StaticDetector {
                          std::size_t count,
                          const std::vector<bool>& usable);
 
-  /// True when `earlier` and `later`, both of `buffer`, are one rest interrupted by a knock: a
-  /// short disturbance with the same attitude before and after it, including the heading where a
-  /// sensor shows it, and with at most a small tilt during it.
+  /// True if `earlier` and `later`, both in `buffer`, are one rest interrupted by a knock: a short
+  /// disturbance with the same attitude before and after it, including the heading if a sensor
+  /// shows that, and with at most a small tilt during it.
   bool IsKnock(const WindowBuffer& buffer, const WindowRun& earlier, const WindowRun& later) const;
 
  private:
@@ -89,10 +89,10 @@ class StaticDetector {
 
   StaticDetectorOptions options_;
   std::vector<DetectorTriad> triads_;
-  std::vector<DetectorTriad> all_;  // With the witnesses.
+  std::vector<DetectorTriad> all_;  // Both triads_ and the witnesses.
   double window_s_;
   PerTriad<double> range_raw_;   // Range of the window means, which turning the unit makes.
-  std::vector<float> activity_;  // Infinity where not usable.
+  std::vector<float> activity_;  // Infinity: not usable.
 };
 
 }  // namespace truetriad

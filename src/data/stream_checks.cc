@@ -20,15 +20,15 @@
 namespace truetriad {
 namespace {
 
-// Chosen: spacings of so many samples determine the usual one in spite of irregular first packets.
+// Chosen: number of samples that determine the usual interval despite irregular first packets.
 constexpr std::size_t kSpacingSamples = 1024;
 // Chosen: fewer equal readings in a row (or in all) can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
-// Chosen: two in a row can be chance where steps are coarse.
+// Chosen: two constant windows in a row can be chance if steps are coarse.
 constexpr std::size_t kFewestStuckWindows = 3;
-// With noise of half a step one step holds up to 68 % of readings: twenty are equal once in 1400.
+// With noise of half a step, one step has up to 68 % of readings: twenty are equal once in 1400.
 constexpr double kNoiseSteps = 0.5;
-// With noise of a step it holds up to 38 %: twenty readings are equal once in 10^8.
+// With noise of a step, one step has up to 38 % of readings: twenty are equal once in 10^8.
 constexpr double kStuckNoiseSteps = 1.0;
 // Chosen: five windows with noise determine the noise.
 constexpr std::size_t kFewestNoisyWindows = 5;
@@ -83,7 +83,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     lengths_.Add({block.x[i], block.y[i], block.z[i]});
   }
   for (const double temperature : block.temperature_degc) {
-    // False for NaN, which stands for not known yet.
+    // False for NaN, which stands for a temperature not known yet.
     if (temperature < lowest_degc_) lowest_degc_ = temperature;
     if (temperature > highest_degc_) highest_degc_ = temperature;
   }
@@ -116,8 +116,8 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   return {};
 }
 
-// Times have been shifted by time_offset_s here; a gap still overlaps with its range unless the
-// offset is longer than the gap.
+// Times have been shifted by time_offset_s here; the gap that an excluded range leaves overlaps
+// with the range nevertheless, unless the offset is longer than the gap.
 bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const {
   return std::any_of(excluded_.begin(), excluded_.end(), [&](const ExcludedRange& range) {
     return range.times.start_ns <= to_ns && from_ns <= range.times.end_ns;
@@ -167,8 +167,8 @@ void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
   }
 }
 
-// Counts runs that begin and end with a jump; a coarse sensor at rest has runs too, but goes to the
-// next step.
+// Counts runs of equal readings that begin and end with a jump; a coarse sensor at rest has runs
+// too, but leaves them by one step.
 void StreamMonitor::WatchRuns(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
@@ -189,7 +189,7 @@ void StreamMonitor::WatchRuns(const SampleBlock& block) {
   }
 }
 
-// The median run.
+// Median length of the runs, rows.
 double StreamMonitor::UsualRepeats() const {
   constexpr std::int64_t kFewestRuns = 8;  // Chosen: their median is good to one or two rows.
   const std::int64_t all = std::accumulate(runs_.count.begin(), runs_.count.end(), std::int64_t{0});
@@ -204,7 +204,7 @@ Eigen::Vector3d StreamMonitor::rest_step_raw() const {
   constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
-  double band = 0.0;  // The same for all axes.
+  double band = 0.0;  // Dead band, the same for all axes.
   for (int axis = 0; axis < 3; ++axis) {
     const Repeated& most = repeated_[static_cast<std::size_t>(axis)];
     const double largest = std::max(std::abs(minimum_raw_[axis]), std::abs(maximum_raw_[axis]));
@@ -303,7 +303,7 @@ bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t c
     double variance = 0.0, repeat_share = 0.0;
   };
   std::vector<Quiet> noisy;
-  std::size_t coarse = 0;  // One axis is constant while another is not.
+  std::size_t coarse = 0;  // Windows in which some axes are constant, but not all.
   Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
   for (std::size_t i = 0; i < count; ++i) {
     const TriadWindow& window = windows[i];
@@ -409,7 +409,7 @@ double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Tria
   return variances.empty() ? 0.0 : std::sqrt(Median(std::move(variances)));
 }
 
-// Poses in which an axis with noise is at one limit of its stream.
+// Poses in which an axis with noise is at one limit of its stream's range.
 FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                            const StreamSummary& stream,
                            int axis,
@@ -435,7 +435,7 @@ FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moment
   return reached;
 }
 
-// Poses in which it is constant at a reading between the limits.
+// Poses in which the axis is constant at a reading between its limits.
 FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                          const StreamSummary& stream,
                          int axis) {
@@ -457,7 +457,7 @@ FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
   return stuck;
 }
 
-// "words in 2 poses: 3, 4", of poses from 1 on.
+// "words in 2 poses: 3, 4", with poses counted from 1.
 std::string Listed(const FlatPoses& flat) {
   const std::size_t hits = flat.poses.size();
   return flat.words + " in " + (hits == 1 ? "pose " : std::to_string(hits) + " poses: ") +

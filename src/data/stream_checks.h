@@ -33,12 +33,12 @@ class StreamMonitor {
   /// Error: time goes backwards, or a reading is not finite.
   Status Add(const SampleBlock& block);
 
-  /// UsualSpacing of the first thousand samples; 0 before there are two, or without time.
+  /// UsualSpacing of the first thousand samples, ns; 0 before there are two, or without time.
   double spacing_ns() const;
-  /// Smallest step between different neighbouring readings, by axis; 0 when there is none.
+  /// Smallest nonzero change between neighbouring readings, by axis; 0: there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// The same at rest: for a gyroscope with a dead band twice that band, which is the smallest
-  /// change from the reading that it repeats.
+  /// The smallest step at rest: of a gyroscope with a dead band at least twice that band, which is
+  /// the smallest change from the reading that it repeats.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -69,20 +69,20 @@ class StreamMonitor {
   std::vector<ExcludedRange> excluded_;
   std::int64_t samples_ = 0, first_ns_ = 0, last_ns_ = 0;
   std::int64_t duplicate_times_ = 0, gaps_ = 0, longest_gap_ns_ = 0, longest_gap_from_ns_ = 0;
-  std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and what is excluded.
+  std::int64_t interruptions_ = 0, interruptions_ns_ = 0;  // Gaps and excluded intervals.
   std::vector<std::int64_t> first_times_ns_;
-  double usual_ns_ = 0.0;  // Known once there are kSpacingSamples of those.
+  double usual_ns_ = 0.0;  // 0 until there are kSpacingSamples of first_times_ns_.
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // A repeated reading, how often it was left for another one, and the smallest change then.
+  // The reading repeated most, how often it was left for another, and the smallest change then.
   struct Repeated {
     double value = 0.0;
     std::int64_t votes = 0, left = 0;
     double least_change = 1e300;
   };
   std::array<Repeated, 3> repeated_{};  // By axis.
-  // Numbers of runs of equal readings.
+  // Runs of equal readings that begin and end with a jump.
   struct Runs {
     std::optional<Eigen::Vector3d> last;
     std::int64_t length = 0;
@@ -96,9 +96,9 @@ class StreamMonitor {
 
 /// Finds intervals in which a sensor repeats one reading although its noise forbids it.
 ///
-/// The reference is the quiet windows that vary: when readings there are rarely equal to the one
-/// before, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is below
-/// its step repeats itself most of the time, and is not judged.
+/// The reference is windows at rest with noise: if readings there rarely repeat the one before, a
+/// long run of equal readings is a frozen sensor or bus. A sensor whose noise is below its step
+/// repeats itself most of the time, and is not judged.
 class StuckFinder {
  public:
   explicit StuckFinder(std::int64_t origin_ns) : origin_ns_(origin_ns) {}
@@ -114,14 +114,14 @@ class StuckFinder {
     std::int64_t first_ns = 0, last_ns = 0;
   };
   std::int64_t origin_ns_;
-  std::vector<Stretch> stretches_;  // The first ones only, so that memory stays bounded.
+  std::vector<Stretch> stretches_;  // The first kMostPlacesNamed.
   std::int64_t stretch_count_ = 0;
 };
 
-/// Poses in which an axis is constant or clipped: at one limit of its range, or at one reading.
+/// Poses in which an axis is flat: clipped at one limit of its range, or stuck at one reading.
 struct FlatPoses {
   Triad triad = Triad::kAccelerometer;
-  std::string words;  ///< Sensor, axis and where.
+  std::string words;  ///< Sensor, axis and reading, as text.
   std::vector<std::size_t> poses;
   bool is_clipped = false;
 };
@@ -131,8 +131,8 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
                                      const std::vector<PerTriad<TriadPoseMoments>>& moments,
                                      const std::vector<StreamSummary>& streams);
 
-/// Removes the readings of the sensors with such an axis from those poses, with findings; returns
-/// whether there were any. Error: more than half of the poses have one.
+/// Removes the readings of a sensor from the poses in which one of its axes is flat, with findings;
+/// returns whether there were any. Error: more than half of the poses are affected.
 Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
                                 std::vector<PerTriad<TriadPoseMoments>>* moments,
                                 PoseSet* set);

@@ -19,8 +19,8 @@
 namespace truetriad {
 namespace {
 
-// A cell is an outlier above 10 σ, which white noise exceeds once in 10^22, if it is outside its
-// two neighbours as well.
+// A cell is an outlier if its residual exceeds 10 σ, as white noise does once in 10^22, and it is
+// outside the range of its two neighbours as well.
 constexpr double kFarOffSigmas = 10.0;
 // Chosen: no temperature changes specific force by 3 % from one window to the next.
 constexpr double kTurnedShare = 0.03;
@@ -56,7 +56,7 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
   return off;
 }
 
-// Distance of each value outside of the two beside it.
+// By how much each value is outside the range of the two beside it.
 std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
   std::vector<double> beyond;
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -75,7 +75,7 @@ double UsualStep(const std::vector<double>& value) {
 }
 
 // Marks values with a residual `off` above the limit that are also beyond both neighbours: a
-// turning point, which deviates from any line, is beyond them by a median step at most.
+// turning point, which is off any line, is beyond its neighbours by a median step at most.
 std::vector<bool> FarOff(const std::vector<double>& value,
                          const std::vector<double>& off,
                          double least) {
@@ -128,7 +128,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  // A repeated reading of a slow thermometer has the error of the change since it was taken.
+  // A reading that a slow thermometer repeats has the error of the change since it was taken.
   const bool is_held = thermometer_.hold_s() > 0.0;
   const std::vector<bool> odd_degc =
       is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
@@ -165,7 +165,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
   }
 }
 
-// σ of one sample, from the scatter in cells, or with too few samples from the cells' differences.
+// σ of one sample from the scatter in cells or, with too few samples, from differences of cells.
 Eigen::Vector3d SweepCutter::SampleSigma(Triad triad) const {
   // With 20 degrees of freedom sigma from inside the cells is good to 1 / √40, a sixth; with fewer,
   // differences of cells are better.
@@ -216,10 +216,10 @@ Status CheckHeld(const PoseSet& set) {
 
 void NameTurns(PoseSet* set) {
   constexpr Triad kTriad = Triad::kAccelerometer;
-  // Chosen: a step is between the medians of five windows, an eighth of the fewest that there are.
+  // Chosen: a step is between the medians of five windows on each side; 8 times as many are needed.
   constexpr std::size_t kReach = 5;
-  // Chosen: the step exceeds 8 times the median change over as many windows, 8 times the noise of a
-  // mean, and 1e-3 of gravity (0.06 deg); at most 0.3 of it is along gravity.
+  // Chosen: a turn is a step of over 8 times the median step, 8 times the noise of a mean, and 1e-3
+  // of gravity (0.06 deg), of which at most 0.3 is along gravity.
   constexpr double kUsual = 8.0, kShare = 1e-3, kAlong = 0.3;
   std::vector<std::size_t> index;
   for (std::size_t k = 0; k < set->poses.size(); ++k) {
@@ -240,7 +240,7 @@ void NameTurns(PoseSet* set) {
     }
     return medians;
   };
-  // Step from the windows before each one to those after it.
+  // Step from the windows before each window to those after it.
   std::vector<Eigen::Vector3d> steps(index.size(), Eigen::Vector3d::Zero());
   std::vector<double> sizes;
   for (std::size_t i = kReach; i + kReach < index.size(); ++i) {

@@ -17,15 +17,15 @@
 namespace truetriad {
 namespace {
 
-// Two hours of cells of 0.25 s; their sums take some megabytes.
+// The most cells: two hours of 0.25 s; their sums take some megabytes.
 constexpr std::size_t kMaxCells = 32768;
-// Chosen: cells of 0.25 s where the experiment states no window.
+// Chosen: cells of 0.25 s if the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
-// Chosen: an axis has some ten terms, with four windows for each; a slow thermometer must be read
-// as often.
+// Chosen: four windows for each of the ten or so thermal terms of an axis; a slow thermometer must
+// be read as often.
 constexpr std::size_t kFewestCells = 40;
-// Chosen: a window ends when the temperature has changed by this share of its range, or this share
-// of the recording has passed, so that a sweep of one ramp has at most 600 windows.
+// Chosen: a window ends when the temperature has changed by this share of its range, or when this
+// share of the recording has passed, so that a sweep of one ramp has at most 600 windows.
 constexpr double kThermalShare = 1.0 / 200.0, kTimeShare = 1.0 / 400.0;
 
 Status CheckEnough(std::size_t windows, const std::string& what, const PoseSet& set) {
@@ -387,7 +387,7 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
                                 .With("interval", thermometer_.hold_s(), "s")
                                 .With("readings", taken));
   } else {
-    // With fewer readings than that a window is as long as a step of the temperature.
+    // With fewer temperature readings, a window lasts as long as one of them is repeated.
     NameTurns(set);
   }
 }

@@ -27,26 +27,26 @@ class SweepCutter : public Collector {
   /// `leading`: the triad whose rows `selection.ranges` and window_samples count.
   SweepCutter(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
 
-  /// Error: no time or temperature, ranges out of order, sensors in files whose rows do not match
-  /// where rows are counted.
+  /// Error: no time or temperature, ranges out of order, or rows are counted while the sensors are
+  /// in separate files.
   Status Validate() const override;
 
   Status Add(const std::vector<SampleBlock>& blocks) override;
 
-  /// Fills poses (windows) and sweep of the set. Error: too few windows, a constant temperature, or
-  /// a unit that was turned.
+  /// Fills in set->poses (the windows) and set->sweep. Error: too few windows, a constant
+  /// temperature, or a unit that was turned.
   Status Finish(PoseSet* set) override;
 
  private:
   struct Cell {
-    PerTriad<TriadWindow> triads;  ///< Of samples in the cell's attitude.
+    PerTriad<TriadWindow> triads;  ///< Sums over samples in the cell's attitude.
     int attitude = -1;             ///< -1: none is held.
     std::int64_t degc_count = 0;
     double degc_sum = 0.0;
-    double time_sum_s = 0.0;  ///< Since the first sample.
+    double time_sum_s = 0.0;  ///< Sum of the temperatures' times since the first sample.
     std::int64_t ambient_count = 0;
     double ambient_sum = 0.0;
-    std::vector<std::string> far_off;  ///< Reasons why it is left out; empty: kept.
+    std::vector<std::string> far_off;  ///< Reasons to leave the cell out; empty: kept.
 
     double ambient_degc() const { return ambient_sum / static_cast<double>(ambient_count); }
     double degc() const { return degc_sum / static_cast<double>(degc_count); }
@@ -85,7 +85,7 @@ class SweepCutter : public Collector {
   std::int64_t cell_ns_ = 0;       ///< Length of a cell, if cell_samples_ is 0.
   std::int64_t cell_samples_ = 0;  ///< Rows of a cell; 0: by time.
   ThermometerWatch thermometer_, ambient_thermometer_;
-  std::optional<Triad> watched_;  ///< The triad whose temperatures they watch.
+  std::optional<Triad> watched_;  ///< The triad whose temperatures are watched.
 };
 
 /// Error: gravity jumps between two windows of one attitude, as if the unit was turned.

@@ -16,27 +16,27 @@ namespace {
 
 // Chosen: fewer stamps do not determine their kind.
 constexpr std::size_t kFewestStamps = 64;
-// Chosen: the interval is the mean of steps within 55 % of the usual one, if 70 % are; a lost
-// sample makes a step 100 % longer.
+// Chosen: the interval is the mean of the steps within 55 % of the usual step, if 70 % of all steps
+// are; a lost sample makes a step 100 % longer.
 constexpr double kNearUsual = 0.55, kShareOfUsual = 0.7;
-// Chosen: else it is the median over the fewest steps whose slopes agree to 1 %, as most of such
-// short intervals have no lost sample, and over kBurstSamples at most.
+// Chosen: else the interval is the median slope over the fewest steps, kBurstSamples at most, with
+// which slopes agree to 1 %, as most of such short stretches have no lost sample.
 constexpr double kSlopeScatter = 0.01;
-// A sample waited for the next one if that follows within half a period; the last sample of those
-// that waited came directly from the sensor.
+// A sample waited in a buffer if the next one follows within half a period; the last sample of a
+// burst came directly from the sensor.
 constexpr double kSoon = 0.5;
-// Chosen: stamps are in bursts where a quarter of the samples waited.
+// Chosen: stamps are in bursts if a quarter of the samples follow at once (within kTogether).
 constexpr double kWaitingShare = 0.25;
 // Chosen: in a burst the next sample follows within a quarter of a period.
 constexpr double kTogether = 0.25;
-// The least offset of later samples grows by so many periods for each sample ahead: an error of the
-// interval by 1/500 does not look like lost samples, nor does a burst of 200 (0.4 of a period).
+// The least later offset is raised by so many periods for each sample ahead, so that neither a
+// 1/500 error of the interval nor a burst of 200 (0.4 of a period) looks like lost samples.
 constexpr double kLeak = 0.002;
-// Chosen: the mean interval over 256 samples hardly depends on bursts; over an eighth of all
-// samples, one gap is in few of them.
+// Chosen: the mean interval over 256 samples hardly depends on bursts. It is taken over at most an
+// eighth of all samples, so that one gap is in few of them.
 constexpr std::size_t kBurstSamples = 256;
-// Chosen: the level that lost samples are counted from follows the drift of the clocks, by 1/64 of
-// each sample's offset.
+// Chosen: the level above which an offset shows lost samples follows the drift of the clocks by
+// 1/64 of each sample's offset.
 constexpr double kLevelGain = 1.0 / 64.0;
 // A sample that is late by less than 6 σ is no gap; normal errors exceed that once in 10^9.
 constexpr double kFarthestLate = 6.0;
@@ -45,30 +45,30 @@ constexpr std::size_t kTail = 8;
 // The least half-width, in samples, over which the drift of the clocks is a straight line: jitter
 // is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz.
 constexpr std::size_t kHalfWidth = 512;
-// Chosen: in bursts the half-width covers at least 16 of them.
+// Chosen: the half-width covers at least 16 bursts.
 constexpr std::size_t kFewestBursts = 16;
-// The width is doubled as long as the squares grow by no more than jitter makes them, plus 3 σ: the
-// error of a line is common to all turns under it, so that wider lines are better.
+// The half-width is doubled while the squares grow by no more than jitter makes them, plus 3 σ: the
+// error of a line is common to all turns in its range, so that wider lines are better.
 constexpr double kWiderSigmas = 3.0;
-// With jitter the RMS about short and long lines is the same; where errors add up, as when each
-// sample waits for the one before, it grows with the root of the length, here by √(128/16) = 2.8.
+// With jitter the RMS about short and long lines is the same; if errors add up, as when each sample
+// waits for the one before, the RMS grows with the root of the length, here by √(128/16) = 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
-// Near the geometric mean of the two, √2.8 = 1.7.
+// Most growth that jitter makes; near 1.7, the geometric mean of 1 and 2.8.
 constexpr double kMostGrowth = 1.6;
-// Chosen: so many samples are enough to find a clock's ticks.
+// Chosen: number of samples that are enough to find a clock's ticks.
 constexpr std::size_t kTickSamples = 4096;
-// Chosen: stamps are on ticks where 95 % of the steps are within a tenth of whole numbers of ticks.
+// Chosen: stamps are on ticks if 95 % of the steps are within a tenth of whole numbers of ticks.
 constexpr double kNearTick = 0.1, kShareOnTicks = 0.95;
-// Their jitter must be near that of rounding, 1 / √12 = 0.29 of a tick.
+// Jitter of stamps on ticks must be near that of rounding, 1 / √12 = 0.29 of a tick.
 constexpr double kLeastOfTick = 0.15, kMostOfTick = 0.35;
 // Chosen: ticks shorter than 5 % of the interval do not matter.
 constexpr double kLeastTick = 0.05;
-// Chosen: offsets are clipped at 3 σ by their MAD, so that outliers do not pull the line.
+// Chosen: offsets from a line are clipped at 3 σ by their MAD, so that outliers do not pull it.
 constexpr double kFarOff = 3.0;
 
 // Chosen: a watched line needs eight stamps, which leave six degrees of freedom.
 constexpr std::size_t kFewestOfLine = 8;
-// Chosen: where more than 3 % of samples are missing, the clock may have jumped instead.
+// Chosen: if more than 3 % of samples are missing, the clock may have jumped instead.
 constexpr double kOftenLost = 0.03;
 // Chosen: up to 1 % of stamps may be outliers of an even stream.
 constexpr double kHiccups = 0.01;
@@ -78,7 +78,7 @@ double Slope(const Stamps& stamps, std::size_t from, std::size_t to) {
          static_cast<double>(stamps.Number(to) - stamps.Number(from));
 }
 
-// Whether a sample did not wait for the next one.
+// Whether a sample came from the sensor without waiting in a buffer for the next one.
 bool IsOnTime(const Stamps& stamps, double period, std::size_t k) {
   if (stamps.are_windows()) return stamps.EndsWindow(k);
   return k + 1 == stamps.size() || static_cast<double>(stamps[k + 1] - stamps[k]) >= kSoon * period;
@@ -92,8 +92,8 @@ std::vector<std::size_t> OnTime(const Stamps& stamps, double period) {
   return places;
 }
 
-// The mean of the steps near the usual one, if most are: it is the interval however many samples
-// are lost, unless jitter hides it.
+// The mean of the steps near the usual one, if most are near it: however many samples are lost,
+// this is the interval, unless jitter hides it.
 std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
@@ -105,7 +105,7 @@ std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   return sum / near;
 }
 
-// The median slope over as few samples as determine it, from `fewest` on.
+// The median slope over the fewest samples that determine it, from `fewest` on.
 double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
@@ -125,7 +125,7 @@ double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest)
   return median;
 }
 
-// Consecutive samples with one count.
+// Consecutive samples that are numbered together, as no long gap is between them.
 struct Piece {
   std::size_t begin = 0, end = 0;
 };
@@ -136,8 +136,8 @@ struct Numbers {
   double steps = 0.0;  // Number of places with lost samples.
 };
 
-// stamp − period × number, in periods. Single early stamps (at most kHiccups of all) are replaced
-// by the less of their neighbours.
+// stamp − period × number, in periods. The offsets of single early stamps (at most kHiccups of all)
+// are replaced by the lesser of the two beside them.
 std::vector<double> OffsOf(const Stamps& stamps, double period) {
   std::vector<double> offs;
   for (std::size_t i = 0; i < stamps.size(); ++i) {
@@ -166,9 +166,9 @@ double ScatterOf(const Stamps& stamps, double period) {
   return MadSigma(std::move(changes)) / std::numbers::sqrt2;
 }
 
-// Counts the samples. A lost one is a lasting step of a period in stamp − period × number: the
-// minimum of later offsets distinguishes it from a late sample. With `none_lost` a step is a gap or
-// a late sample.
+// Numbers the samples, lost ones included. In stamp − period × number a lost sample is a lasting
+// step of a period; the minimum of later offsets distinguishes it from a late sample. With
+// `none_lost` a step is a gap or a late sample.
 Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) {
   const std::size_t count = stamps.size();
   std::vector<double> least = OffsOf(stamps, period);
@@ -177,7 +177,7 @@ Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) 
   const bool may_be_late = none_lost || stamps.are_windows();
   const double scatter = may_be_late ? kFarthestLate * ScatterOf(stamps, period) : 0.0;
   const double least_step = std::max(0.5, tick / period + 0.5) + scatter;
-  // With more lost at once the sensor's own count is uncertain.
+  // If more are lost at once, it is uncertain how many.
   const double most_lost = kGapSpacings + scatter;
   Numbers counted;
   counted.number.resize(count);
@@ -225,7 +225,7 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
   return s > 0.0 ? sy / s : points[0].off_ns;
 }
 
-// The slow part of the points: local lines at knots, linear between them.
+// The slow part of the points: local lines at knots, and linear between the knots.
 std::vector<Point> SlowPart(std::span<const Point> points, double half_width) {
   const double last = points.back().number;
   const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
@@ -281,7 +281,7 @@ class EvenFit {
       : stamps_(stamps), period_(period), none_lost_(none_lost) {}
 
   EvenTimes Run();
-  // n ln(mean square) + k ln(n), for n points and k fitted parameters.
+  // BIC: n ln(mean square) + k ln(n), for n points and k fitted parameters.
   double Bic() const;
 
  private:
@@ -299,9 +299,9 @@ class EvenFit {
   Stamps stamps_;
   double period_ = 0.0;
   bool none_lost_ = false;
-  double tick_ = 0.0;       // 0: none.
+  double tick_ = 0.0;       // Tick of the stamps' clock, ns; 0: none.
   bool in_bursts_ = false;  // Only samples that did not wait are used.
-  double run_ = 1.0;        // Samples for one of those.
+  double run_ = 1.0;        // Samples for each one that did not wait.
   Numbers counted_;
   Lines lines_;
 };
@@ -351,10 +351,10 @@ double EvenFit::LeastHalfWidth() const {
   return std::max(static_cast<double>(kHalfWidth), static_cast<double>(kFewestBursts) * run_);
 }
 
-// `points`: those of each piece.
+// `points[i]` are those of piece i.
 Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
-  // Of weights (1 − x²)² on [−1, 1], 2 w(0) / ∫w − ∫w² / (∫w)²: a local fit takes tr(2S − SSᵀ) of
-  // the squares' degrees of freedom, so many for each half width, and two at its ends.
+  // A local fit with weights w = (1 − x²)² on [−1, 1] takes tr(2S − SSᵀ) of the squares' degrees of
+  // freedom: 2 w(0) / ∫w − ∫w² / (∫w)² for each half-width, and two at its ends.
   constexpr double kFreedomTaken = 1.161;
   double count = 0.0, longest = 0.0;
   for (const std::vector<Point>& piece : points) {
@@ -378,7 +378,7 @@ Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   };
   double half_width = LeastHalfWidth();
   double squares = squares_at(half_width);
-  // Beyond twice the longest piece one line covers all of it.
+  // Beyond twice the longest piece, one line covers all of a piece.
   while (half_width < 2.0 * longest) {
     const double taken = freedom_taken(half_width);
     const double variance = squares / std::max(1.0, count - taken);
@@ -416,7 +416,7 @@ void EvenFit::FitPieces(EvenTimes* even) {
   even->jitter_ns = Jitter(*even, 0.0);
 }
 
-// Whether the RMS of the stamps grows with the length of the line.
+// Whether the RMS of the stamps about a line grows with the line's length.
 bool EvenFit::ErrorsAddUp() const {
   double long_squares = 0.0, short_squares = 0.0;
   const double long_width = run_ * static_cast<double>(kLongPoints);
@@ -433,7 +433,7 @@ bool EvenFit::ErrorsAddUp() const {
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
 }
 
-// RMS of the stamps without the share `left_out` of the largest errors.
+// RMS of stamp − time, ns, without the share `left_out` of the largest errors.
 double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
   std::vector<double> squares;
   for (std::size_t k = 0; k < stamps_.size(); ++k) {
@@ -453,9 +453,9 @@ StampKind EvenFit::KindOf(const EvenTimes& even) const {
   // All samples of a window share one error, so averaging within it does not reduce it.
   const double matters =
       kJitterThatMatters * period_ / std::sqrt(static_cast<double>(stamps_.window));
-  // Without the outliers of a logger.
+  // The outliers of a logger are left out.
   if (Jitter(even, kHiccups) < matters) return StampKind::kRegular;
-  // Before ErrorsAddUp, as rounding errors drift where the interval is nearly whole ticks.
+  // Checked before ErrorsAddUp, as rounding errors drift if the interval is nearly whole ticks.
   if (tick_ > 0.0) return StampKind::kOnTicks;
   if (ErrorsAddUp()) return StampKind::kIrregular;
   return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
@@ -626,7 +626,7 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> y,
                          std::span<const double> z,
                          double period_ns) {
-  // The instrument is the slope over neighbours three away, whose noise is not that of the three.
+  // The instrument is a slope of readings k ± 3, whose noise is not that of the three about k.
   constexpr std::size_t kFurther = 3;
   double zd = 0.0, zx = 0.0, zd_zd = 0.0, zd_zx = 0.0, zx_zx = 0.0;
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {

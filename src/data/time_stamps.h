@@ -13,8 +13,8 @@ namespace truetriad {
 /// The stamps of one stream, which never decrease.
 struct Stamps {
   std::span<const std::int64_t> time_ns;
-  /// Row of each sample in the file, where the sensor's FIFO was read in windows of `window` rows:
-  /// the last sample of a window is stamped, and the others evenly up to it. Unused with window 1.
+  /// Row of each sample in the file, if the sensor's FIFO was read in windows of `window` rows: a
+  /// window's last sample is stamped, the others are interpolated up to it. Unused with window 1.
   std::span<const std::int64_t> row{};
   std::int64_t window = 1;
 
@@ -22,7 +22,7 @@ struct Stamps {
   std::int64_t operator[](std::size_t k) const { return time_ns[k]; }
   std::int64_t front() const { return time_ns.front(); }
   bool are_windows() const { return window > 1; }
-  /// Number of a sample, which includes those known to be lost.
+  /// Number of a sample; samples that are known to be lost are counted, too.
   std::int64_t Number(std::size_t k) const {
     return are_windows() ? row[k] : static_cast<std::int64_t>(k);
   }
@@ -32,37 +32,37 @@ struct Stamps {
     if (k + 1 == size()) return (row[k] + 1) % window == 0;
     return row[k + 1] / window != row[k] / window;
   }
-  /// Whether its time is a stamp, not interpolated from that of the last sample of its window.
+  /// Whether the sample's time is a stamp, not interpolated up to the last sample of its window.
   bool IsStamped(std::size_t k) const { return !are_windows() || EndsWindow(k); }
 };
 
-/// The usual interval of two stamps or more: the median step, or where several samples come at a
-/// time the median over many steps, so that neither bursts nor gaps matter.
+/// The usual interval of two stamps or more: the median step or, if several samples come at once,
+/// the median interval over many steps, so that neither bursts nor gaps matter.
 double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 
 /// Where the samples of one stream lie in time if its sensor takes them at even intervals:
 ///
 ///   stamp_k = origin + period x_k + drift(x_k) + late_k
 ///
-/// x counts samples, including lost ones; drift is that between two clocks, which is slow; late is
-/// jitter. A longer gap ends a piece, and the next piece has its own origin and count.
+/// x counts samples, including lost ones; drift is that of one clock against another, and slow;
+/// late is jitter. A long gap ends a piece; the next piece has its own origin and count.
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
-  double jitter_ns = 0.0;             ///< RMS of stamp − time, in windows of their last samples.
-  double lost = 0.0;                  ///< Samples.
+  double jitter_ns = 0.0;             ///< RMS of stamp − time, of samples with a stamp.
+  double lost = 0.0;                  ///< Number of lost samples.
   bool are_many_lost = false;         ///< Stamps may then be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One per stamp, in order; empty: too few.
 
-  /// Stamps scatter about even times enough to matter, and the scatter does not grow with time.
+  /// True if stamps scatter about even times enough to matter, and the scatter does not grow.
   bool AreEvident() const {
     return kind == StampKind::kJittered || kind == StampKind::kInBursts ||
            kind == StampKind::kOnTicks;
   }
 };
 
-/// `none_lost`: assumes that no sample is lost although stamps look regular with many lost ones, as
-/// those of a sensor of 20 ms by a clock with ticks of 15.6 ms, which skips a tick now and then.
+/// `none_lost`: no sample is taken as lost, although regular stamps suggest many, as those of a 20
+/// ms sensor by a clock with 15.6 ms ticks do, which skip a tick now and then.
 EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost = false);
 
 /// RMS jitter that matters, as a share of the sampling interval: at 100 Hz it changes the angle of
@@ -79,11 +79,11 @@ class StampWatch {
   double jitter_s() const;
 
  private:
-  /// Sums of the offsets stamp − first − period × number.
+  /// Sums over the offsets stamp − first − period × number.
   struct Line {
     std::size_t count = 0;
     std::int64_t first_ns = 0;
-    double off = 0.0, offs = 0.0, product = 0.0;  // Of product: off × number.
+    double off = 0.0, offs = 0.0, product = 0.0;  // Of off, off² and off × number.
   };
   /// Adds stamps that continue the line.
   void Extend(std::span<const std::int64_t> stamps_ns);

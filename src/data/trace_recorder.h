@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-/// Makes the trace of one triad while its readings stream by, with constant memory: when there are
-/// too many slices, each two are merged into one twice as long.
+/// Makes the trace of one triad while its readings stream by, with constant memory: if there are
+/// too many slices, pairs of slices are merged into slices twice as long.
 class TraceRecorder {
  public:
   /// Halving leaves 512 to 1024 slices, about one per unit of a drawing's width of 670.

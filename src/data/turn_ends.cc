@@ -27,20 +27,20 @@ constexpr std::size_t kFewestAtEnd = 3;
 constexpr double kEndSigmas = 6.0;
 // Chosen: a ramp by hand ends within 0.5 s, so a slower one is extrapolated no further.
 constexpr double kLongestRampS = 0.5;
-// Chosen, of σ of the angle: below one σ, as the missing angle has one sign in all turns of a file.
+// Chosen, of the angle's σ: less than 1, as the missing angle has one sign in all turns of a file.
 constexpr double kMissingSigmas = 0.5;
 
 struct End {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // Of as many readings next to those.
-  double sigma_raw = 0.0;                               // Of mean_raw along any direction.
-  double span_s = 0.0;                                  // From one mean to the other.
+  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // Mean of as many readings further inside.
+  double sigma_raw = 0.0;                               // σ of mean_raw along any direction.
+  double span_s = 0.0;                                  // Time from one mean to the other.
 };
 
 // Begin and end of a turn.
 using Ends = std::array<End, 2>;
 
-// Unset where a turn has too few readings for both ends.
+// The ends of a turn; unset if it has too few readings for both.
 std::optional<Ends> EndsOf(const RecordedMove& move) {
   const std::vector<Eigen::Vector3d>& readings = move.gyroscope_raw;
   const std::size_t count = readings.size();
@@ -73,7 +73,7 @@ struct Level {
   Eigen::Vector3d reading_raw = Eigen::Vector3d::Zero();
 };
 
-// The gyroscope's readings in rests and at the ends of turns. `ends`: of set.turns.
+// The gyroscope's readings in rests and at the ends of turns; `ends[i]` are of set.turns[i].
 std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<Ends>>& ends) {
   std::vector<Level> levels;
   for (const StaticPose& pose : set.poses) {
@@ -90,7 +90,7 @@ std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<
   return levels;
 }
 
-// Median of the nearest levels: cut turns have both signs, and the bias may drift.
+// Reading at rest: the median of the nearest levels, as cut turns have both signs and bias drifts.
 Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
   // Chosen: the median of 16 has an error of 1.25 / √16 of their σ, a third.
   constexpr std::size_t kNearest = 16;

@@ -13,15 +13,15 @@
 
 namespace truetriad {
 
-/// A tenth of a second: ten samples at 100 Hz, a tenth of the shortest rest.
+/// Length of a window, 0.1 s: ten samples at 100 Hz, a tenth of the shortest rest.
 inline constexpr std::int64_t kWindowNs = 100'000'000;
 
-/// Windows that are searched at once: 27 minutes of 0.1 s. A stream that is so many behind the
-/// others has ended, as sources keep streams within one block (4096 samples) of each other.
+/// Windows that are searched at once: 27 minutes of 0.1 s. A stream that lags the others by as many
+/// has ended, as sources keep streams within one block (4096 samples) of each other.
 inline constexpr std::size_t kMostWindows = 16384;
 
-/// Statistics of one triad in one short window, sufficient for all later ones, so that no sample is
-/// kept. Readings in the stream's raw unit.
+/// Statistics of one triad in one short window; all later statistics follow from them, so that no
+/// sample is kept. Readings are in the stream's raw unit.
 struct TriadWindow {
   std::int64_t count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
@@ -67,7 +67,7 @@ class WindowBuffer {
   std::size_t size() const { return index_.size(); }
   std::int64_t index(std::size_t i) const { return index_[i]; }
   const std::vector<Triad>& streams() const { return streams_; }
-  /// As long as size() for the streams, empty for other triads.
+  /// One window for each index if the triad is a stream, else empty.
   const std::vector<TriadWindow>& windows(Triad triad) const { return windows_[triad]; }
 
  private:

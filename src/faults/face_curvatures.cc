@@ -12,12 +12,13 @@
 namespace truetriad {
 namespace {
 
-// Least variance of a combination of curvatures, as a share of the largest: the information of the
-// combination is its inverse, which must be finite.
+// Least variance of a combination of curvatures, as a share of the largest variance: its inverse,
+// the information of the combination, must be finite.
 constexpr double kLeastCurvature = 1e-6;
 
-// Second derivatives of a face's three readings by coordinates of unit covariance, a matrix each;
-// of face f from first[f] on. They are of S u by S and tilts t, where u = a (1 - |t|^2 / 2) + E t.
+// Second derivatives of S u by S and the tilts t, where u = a (1 - |t|^2 / 2) + E t, in coordinates
+// of unit covariance: a matrix for each of a face's three readings, those of face f from first[f]
+// on.
 std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
                                                const Eigen::MatrixXd& covariance,
                                                std::array<Eigen::Index, kFaceCount>* first) {
@@ -36,7 +37,7 @@ std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
     const Eigen::MatrixXd cosine = Times(tilt.transpose(), tilt);
     const Eigen::Vector3d along = graph.sensitivity(Triad::kAccelerometer) * axes.col(0);
     for (int i = 0; i < 3; ++i) {
-      Eigen::MatrixXd across = Eigen::MatrixXd::Zero(2, moves.cols());  // of S_i E
+      Eigen::MatrixXd across = Eigen::MatrixXd::Zero(2, moves.cols());  // derivative of S_i E
       for (int j = 0; j < 3; ++j) {
         const int entry = layout.sensitivity[Triad::kAccelerometer] + i + 3 * j;
         across += axes.row(j).tail<2>().transpose() * moves.row(entry);

@@ -9,12 +9,13 @@
 
 namespace truetriad {
 
-// One fault for the nonlinear part that linearisation neglects in readings on stated faces. With
-// tilts t of a face and S both unknown, reading r of S u(t) has second derivatives H_r by the free
-// coordinates, whose covariance is P, and an error d^T H_r d / 2: its mean is tr(H_r P) / 2, its
-// covariances are tr(H_r P H_s P) / 2 (products of normal errors). The fault's unknowns are the
-// axes in which these are independent. A seat has a tenth of a face's σ, so that it is taken as
-// linear. Unset where faces are not stated.
+// One fault that stands for what linearisation neglects in readings on stated faces. Since the
+// tilts t of a face and the sensitivity S are both unknown, reading r of S u(t) has second
+// derivatives H_r by the free coordinates, whose errors d have covariance P. Its error d^T H_r d /
+// 2 has the mean tr(H_r P) / 2 and the covariances tr(H_r P H_s P) / 2 (products of normal errors).
+// The fault's unknowns are along the axes in which these errors are independent. How a pose is
+// seated on its face has a tenth of the face's σ, so that it is taken as linear. Unset without
+// stated faces.
 std::optional<StatedFault> FaceCurvatures(const PoseGraph& graph,
                                           const Eigen::MatrixXd& covariance);
 

@@ -15,23 +15,23 @@
 namespace truetriad {
 namespace {
 
-// Most unknowns of a form in one group of poses: those of a 3 x 3 matrix.
+// Largest number of unknowns of a form in one group of poses: the entries of a 3 x 3 matrix.
 constexpr int kMostOfForm = 9;
-// With more turns the correlation of neighbours is estimated, by the scatter of 64 groups of them.
+// With more turns, the correlation of neighbours is estimated, by the scatter of 64 turn groups.
 constexpr std::size_t kMostTurnGroups = 64;
 // 64 blocks of three rows, which stay in the cache.
 constexpr Eigen::Index kRowsAtOnce = 192;
-// The attitudes absorb a direction with a smaller share of a turn's information, 32 times its σ.
+// Attitudes absorb the directions with a smaller share of a turn's information, 32 times its σ.
 constexpr double kSeenOfTurn = 1e-3;
 
-// R of R R^T, which may be singular: for turns about one axis.
+// R of `square` = R R^T, which may be singular, as for turns about one axis.
 Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   const SymmetricEigen3 eigen = EigenOfSymmetric3(square);
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// The variance of a sum of values in a row over that of independent ones, by the scatter of groups
-// of them; at least 1.
+// Variance of the sum of consecutive values over that of independent values, from the scatter of
+// groups of consecutive ones; at least 1.
 double TogetherOf(const std::vector<double>& values) {
   if (values.size() <= kMostTurnGroups) return 1.0;
   const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
@@ -390,7 +390,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     const double trace = Q.trace(), apart = Q.squaredNorm() - trace * trace / k;
     if (!(apart > 0.0) || !(square > 0.0)) continue;
     const double more = along.dot(turned * along) - square * trace / k;
-    // If all directions are equally likely, its variance is 1.
+    // If all directions are equally likely, this value has variance 1.
     directions.push_back(more / square * std::sqrt(0.5 * k * (k + 2.0) / apart));
     sum += std::sqrt(apart) * directions.back();
     squares += apart;
@@ -467,7 +467,7 @@ void FaultSystem::StateRemlDense() {
   }
 }
 
-// The same if P is not formed: that of the graph, minus the part of the columns.
+// As StateRemlDense, if P is not formed: the values of the graph, minus the part of the columns.
 void FaultSystem::StateRemlByRows(const PoseGraph& graph) {
   VarianceTraces plain = TracesOf(components_, graph, *this);
   traces_ = std::move(plain.traces);
@@ -521,7 +521,8 @@ std::vector<Eigen::MatrixXd> FaultSystem::ComponentSquares(const StackedRows& Y)
   return E;
 }
 
-// tr X_cd, X_cd = Y^T D_c P D_d Y. If P is not formed, it has so many rows that it is nearly V^-1.
+// tr X_cd, X_cd = Y^T D_c P D_d Y. If P is not formed, there are so many rows that P is nearly
+// V^-1.
 Eigen::MatrixXd FaultSystem::CrossTraces(const StackedRows& Y) const {
   const Eigen::Index count = components(), wide = Y.cols();
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(count, count);

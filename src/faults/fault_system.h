@@ -19,7 +19,7 @@ struct FaultColumn {
   };
   std::vector<Block> blocks;
   Eigen::Index unknowns = 0;
-  bool is_noisy = false;  // computed from readings that the rows contain as well
+  bool is_noisy = false;  // computed from noisy readings, which the rows contain as well
 
   // Leaves out a block of zeros.
   void Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value);
@@ -28,7 +28,7 @@ struct FaultColumn {
   Eigen::VectorXd TransposedVector(const Eigen::VectorXd& y) const;
 };
 
-// Columns in the model beside the graph's own, with a σ for each unknown.
+// Columns of faults in the model, beside the graph's own, with a prior for each unknown.
 struct AddedColumns {
   StackedRows Z;          // all rows
   Eigen::VectorXd sigma;  // prior σ of h about its mean
@@ -39,16 +39,16 @@ struct AddedColumns {
   void Append(const FaultColumn& column, const Eigen::VectorXd& sigma_of, Eigen::Index rows);
 };
 
-// A variance component of turns beside their excess: a matrix per turn, in the increments' order.
+// A variance component of turns, added to their excess: one matrix per turn, in the turns' order.
 using TurnVariances = std::vector<Eigen::Matrix3d>;
 
-// The linearised graph with faults included. With P_0 of the graph (reduced_system.h) and columns Z
-// whose unknowns have σ (Λ = diag(1 / σ^2)), the projector of the whole is
+// The linearised graph with faults included. With the graph's projector P_0 (reduced_system.h) and
+// columns Z whose unknowns have prior σ (Λ = diag(1 / σ^2)), the projector is
 //
 //   P = P_0 - U U^T      U = P_0 Z L^-T,  L L^T = Z^T P_0 Z + Λ
 //
 // so that a fault costs two products, and all further equations are as without faults. Up to
-// kMostDenseRows P is formed as a matrix, since columns of faults have few rows each.
+// kMostDenseRows rows, P is formed as a matrix, since a fault's columns have few rows each.
 class FaultSystem : public ReducedSystem {
  public:
   // A block of rows with a variance component, V = rest + v_c R R^T.
@@ -58,7 +58,7 @@ class FaultSystem : public ReducedSystem {
     Eigen::Matrix3d root = Eigen::Matrix3d::Identity();  // R
   };
 
-  // 64 poses of fifteen rows are 960: P has then 8 MB, and beyond that work is done row by row.
+  // 64 poses of fifteen rows have 960 rows, and P has 8 MB. With more rows, P is not formed.
   static constexpr Eigen::Index kMostDenseRows = 1024;
 
   // `system`: of the graph. Components that are not listed have no estimated excess.
@@ -67,9 +67,9 @@ class FaultSystem : public ReducedSystem {
               std::vector<NoiseComponent> components,
               Eigen::Index most_dense_rows = kMostDenseRows);
 
-  // Adds this component, the last, or removes it (empty), where P is formed. TakeIn must follow.
+  // Sets the last component, or removes it if `unit` is empty. P must be formed; then call TakeIn.
   void SetTurnVariances(TurnVariances unit) { turn_unit_ = std::move(unit); }
-  // Repeats it with these faults and no others.
+  // Repeat the linearisation, or its later stages only, with `columns` in place of all former ones.
   void Linearise(const PoseGraph& graph, const AddedColumns& columns);
   void Eliminate(const PoseGraph& graph, const AddedColumns& columns);
   void TakeIn(const PoseGraph& graph, const AddedColumns& columns);
@@ -79,43 +79,43 @@ class FaultSystem : public ReducedSystem {
   StackedRows Projected(const StackedRows& y) const;
   // Whether P is formed.
   bool is_dense() const { return P_.size() > 0; }
-  // Z_g^T P Z_h of columns with equally many unknowns, side by side.
+  // Z_g^T P Z_h of all pairs of columns, in block (g, h); the columns have equally many unknowns.
   Eigen::MatrixXd InformationOf(const std::vector<FaultColumn>& columns) const;
   // P r: the weighted residuals at the optimum.
   const Eigen::VectorXd& q() const { return q_; }
-  // h of the included columns, and its covariance.
+  // h of the included columns, and the covariance of h.
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Whether turn errors point along the directions of such variances, by their directions alone:
+  // Test of whether turn errors have the directions of variances Q, whatever their sizes:
   //
   //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)
   //   s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 - tr^2 Q' / k
   //
-  // has variance 1, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k directions of the turn's
-  // block Π of P, and Σ a d is divided by its σ, which includes the correlation of neighbours for
-  // more than 64 turns. `component` is the variance that makes q^T Q q as large as it is.
+  // has variance 1 without such variances, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k
+  // directions of the turn's block Π of P. Tested is Σ a d over its σ, with the correlation of
+  // neighbours for more than 64 turns. `component`: the factor of Q that explains q^T Q q.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;
   };
   Alignment AlignmentOf(const TurnVariances& unit) const;
 
-  // For the free shared coordinates: their covariance, its part due to the included columns, and
-  // their change for h = 1 of a column that is not included.
+  // Of the free shared coordinates: their covariance, its part due to the included columns
+  // (BeyondGraph), and their change by h = 1 of a column that is not included (SharedShift).
   Eigen::MatrixXd SharedCovariance() const { return covariance() + BeyondGraph(); }
   Eigen::MatrixXd BeyondGraph() const;
-  // χ² with other variances and no faults. Afterwards the system is invalid until linearised again.
+  // χ² without faults, at the variances of `graph`. The system is invalid until linearised again.
   double ChiSquareOf(const PoseGraph& graph);
   Eigen::MatrixXd SharedShift(const FaultColumn& column) const;
 
-  // r^T V^-1 r of three rows.
+  // r^T V^-1 r of the three rows from `row` on.
   double WhitenedSquare(Eigen::Index row) const;
   // The diagonal of Z^T V^-1 Z.
   Eigen::VectorXd Squares(const FaultColumn& column) const;
 
-  // REML: t_c = tr(P D_c), score and Fisher information of the components, log likelihood without
-  // terms that all variances share.
+  // REML with D_c = dV / dv_c: t_c = tr(P D_c), score and Fisher information of the components, and
+  // the log likelihood without terms that all variances share.
   Eigen::Index components() const {
     return static_cast<Eigen::Index>(components_.size() + (turn_unit_.empty() ? 0 : 1));
   }
@@ -125,8 +125,9 @@ class FaultSystem : public ReducedSystem {
   const Eigen::MatrixXd& fisher() const { return fisher_; }
   double LogLikelihood() const;
 
-  // For P - Y Y^T, Y = P Z T where T^T Z^T P Z T = I: E_c = Y^T D_c Y, and the information F_cd -
-  // 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P D_d Y.
+  // For P - Y Y^T, which has columns Z included, with Y = P Z T and T^T Z^T P Z T = I: E_c = Y^T
+  // D_c Y, and the information F_cd - 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P
+  // D_d Y.
   std::vector<Eigen::MatrixXd> ComponentSquares(const StackedRows& Y) const;
   Eigen::MatrixXd FisherWithout(const StackedRows& Y, const std::vector<Eigen::MatrixXd>& E) const;
 
@@ -151,8 +152,8 @@ class FaultSystem : public ReducedSystem {
   TurnVariances turn_unit_;
   std::vector<Part> parts_;
   StackedRows U_;      // rows x faults' unknowns
-  Eigen::MatrixXd V_;  // M^-1 J^T D Z L^-T: change of the shared coordinates by them
-  StackedRows P_;      // only if there are few rows
+  Eigen::MatrixXd V_;  // M^-1 J^T D Z L^-T: change of the shared coordinates by faults
+  StackedRows P_;      // formed only if there are few rows
   Eigen::VectorXd q_, h_, along_;
   Eigen::MatrixXd h_covariance_;
   double log_determinant_ = 0.0;  // of L L^T Λ^-1

@@ -19,9 +19,10 @@ namespace {
 constexpr double kSeenShare = 1e-4;
 // A variance must have more than two degrees of freedom, or else F has no mean.
 constexpr double kFewestDof = 3.0;
-// Tests with a larger p are not computed in full: one of fifty without a fault is.
+// Tests with a larger p are not computed in full; without a fault, one test of fifty has a smaller
+// p.
 constexpr double kWorthALook = 0.02;
-// A component with a smaller part of a test than this does not decide it.
+// A component with a smaller part of a test may have too few degrees of freedom.
 constexpr double kCarries = 0.1;
 
 Eigen::VectorXd PerOwn(const Eigen::VectorXd& squares) {
@@ -43,7 +44,7 @@ Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
   return T;
 }
 
-// By elimination; if a pivot is small, by eigenvalues.
+// By elimination for three unknowns; otherwise, or if a pivot is small, by eigenvalues.
 QuickTest QuickTestOf(const ColumnSums& sums) {
   constexpr double kSafePivot = 1e-3;  // ten times kSeenShare: all three are determined
   if (sums.squares.size() == 3) {

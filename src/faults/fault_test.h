@@ -10,12 +10,12 @@
 
 namespace truetriad {
 
-// Excess of each component of a system: v, at its REML optimum or near it, the mean variance at
-// rest, and the lower limit of v.
+// For each variance component of a system: its excess v, at or near its REML optimum, its mean
+// variance at rest, and the lower limit of v.
 struct ExcessState {
   Eigen::VectorXd v, rest, least;
   // Degrees of freedom of the residuals. If no excess is estimated and residuals exceed the stated
-  // noise, tests use their scatter.
+  // noise, tests use the residuals' scatter.
   double dof = 0.0;
 };
 
@@ -29,16 +29,16 @@ struct ColumnSums {
 // Test of a fault in addition to the included ones. With T such that T^T Z^T P Z T = I over the
 // directions that are determined, Y = P Z T, and z = T^T Z^T P r:
 //
-//   s_c = 1/2 (|R_c^T (P r - Y z)|^2 - t_c + tr E_c)    score of the excess with the fault in
+//   s_c = 1/2 (|R_c^T (P r - Y z)|^2 - t_c + tr E_c)    score of v with the fault included
 //   v¹  = argmax over v¹ >= least of s^T (v¹ - v) - 1/2 (v¹ - v)^T F¹ (v¹ - v)
 //   X   = z^T M^-1 z  ~  rank F(rank, ν)      M = I + Σ (v¹_c - v_c) E_c,  ν = 2 / (g^T F¹^-1 g)
 //   g_c = tr(M^-1 E_c) / rank (v¹_c + rest_c) / (v_c + rest_c)
 //
-// so that noise made by the fault itself does not hide it, and few degrees of freedom of the noise
-// are accounted for.
+// so that noise made by the fault itself does not hide the fault, and few degrees of freedom of the
+// noise are accounted for.
 struct FaultTest {
   // 0 if too few degrees of freedom would be left to the noise: 2 (v + rest)^2 F¹ < 3 for a
-  // component with a part in the test.
+  // component that contributes to the test.
   double log_p = 0.0;
   int rank = 0;
   double dof = std::numeric_limits<double>::infinity();  // ν
@@ -46,10 +46,11 @@ struct FaultTest {
   Eigen::VectorXd h;                                     // -T z
 };
 
-// T: a direction is undetermined if the model leaves less than 1e-4 of its square in the rows.
+// The T of a test. A direction is undetermined if the model leaves less than 1e-4 of its square in
+// the rows.
 Eigen::MatrixXd SeenDirections(const ColumnSums& sums);
 
-// z^T z and the rank, by a few products for up to three unknowns.
+// z^T z and the rank, by a few products if there are three well determined unknowns.
 struct QuickTest {
   double square = 0.0;
   int rank = 0;
@@ -62,7 +63,7 @@ FaultTest TestOf(const FaultSystem& system,
                  const StackedRows& Y,
                  const ColumnSums& sums);
 
-// ν of X for components from v to `to` with this information, the fault included.
+// ν of X if the excess goes from `from` to `to`; `fisher`: its information with the fault included.
 double DegreesOfFreedom(const std::vector<Eigen::MatrixXd>& E,
                         const Eigen::MatrixXd& M,
                         const Eigen::MatrixXd& fisher,
@@ -70,8 +71,8 @@ double DegreesOfFreedom(const std::vector<Eigen::MatrixXd>& E,
                         const Eigen::VectorXd& to);
 
 // A lower limit of p by z^T z alone: whatever part of a component's noise the fault explains, X is
-// at most z^T z / (1 - v / (v + rest)), and at most F's value with the component's remaining
-// degrees of freedom.
+// at most z^T z / (1 - v / (v + rest)), and at most as significant as F with the degrees of freedom
+// that remain to the component.
 class FirstLook {
  public:
   FirstLook(const FaultSystem& system, const ExcessState& excess);
@@ -81,7 +82,7 @@ class FirstLook {
 
  private:
   struct Component {
-    double share = 0.0;  // of the excess in the variance
+    double share = 0.0;  // (v - least) / (v + rest)
     double dof = 0.0;
   };
   std::vector<Component> components_;

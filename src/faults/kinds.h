@@ -24,11 +24,11 @@ enum class FaultShape {
   kOnce,         // 1 at one position
 };
 
-// The value that is not constant over the run if the fault is true; the printed one is then its
-// mean, with a σ that includes its variation.
+// The value that varies over the run if the fault is real; its mean is printed, with a σ that
+// includes its variation.
 enum class Varies { kNothing, kBias, kGain, kMatrix, kMounting, kField };
 
-// An effect in recordings that the model lacks. A new one is a row of the table.
+// An effect in recordings that the model lacks. A new kind is one more row of the table.
 struct FaultKind {
   std::string_view name;  // follows the sensor's name: "bias drift"
   std::initializer_list<Triad> sensors;
@@ -37,20 +37,21 @@ struct FaultKind {
   std::string_view unit = {};  // of h; empty: that of the readings
   FaultShape shape = FaultShape::kThroughout;
   Varies varies = Varies::kNothing;
-  // It is the first term of a series: where it is large, its form limits the correction.
+  // The form is the first term of a series, which limits the correction of a large effect.
   bool is_truncated = false;
-  // The parameter by which a model may include it.
+  // The parameter by which a model may include the effect; unset: none.
   std::optional<ParameterKind> parameter = {};
 };
 
 std::span<const FaultKind> FaultKinds();
 
-// Whether it is tested at many positions.
+// Whether a fault of this shape is tested at many positions.
 constexpr bool IsScan(FaultShape shape) {
   return shape == FaultShape::kStep || shape == FaultShape::kWindow || shape == FaultShape::kOnce;
 }
 
-// A nonlinearity of an axis, throughout: only well distributed poses separate it from the model.
+// Whether it is a nonlinearity of an axis, which only well distributed poses separate from the
+// model.
 constexpr bool IsBend(const FaultKind& kind) {
   return kind.form == FaultForm::kSquare || kind.form == FaultForm::kCube ||
          kind.form == FaultForm::kSize;

@@ -12,7 +12,8 @@ constexpr int kMostTerms = 2000;
 constexpr double kEnough = 1e-14;
 // Replaces zero in a continued fraction (Lentz 1976).
 constexpr double kTiny = 1e-300;
-// Beyond these degrees of freedom log p changes by under value^2 / (4 dof2), 0.01 at a χ² of 60.
+// With more degrees of freedom, log p differs from that of χ² by less than value^2 / (4 dof2), 0.01
+// at a χ² of 60.
 constexpr double kAsGoodAsKnown = 1e5;
 
 double NotZero(double value) { return std::abs(value) < kTiny ? kTiny : value; }
@@ -51,7 +52,7 @@ double LogGammaUpper(double a, double x) {
   return front + std::log(h);
 }
 
-// log I_x(a, b), the regularised incomplete beta function, for x below its mean. 6.4 there.
+// log I_x(a, b), the regularised incomplete beta function, for x below its mean. Press et al. 6.4.
 double LogBetaBelow(double a, double b, double x) {
   const double front = a * std::log(x) + b * std::log1p(-x) + std::lgamma(a + b) - std::lgamma(a) -
                        std::lgamma(b) - std::log(a);

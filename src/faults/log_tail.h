@@ -3,8 +3,8 @@
 
 namespace truetriad {
 
-// Logarithms of upper tails, by continued fractions: they stay accurate where the tail itself is
-// below the smallest double, so that p of e^-5000 can be compared.
+// Logarithms of upper tails, by continued fractions: they stay accurate if the tail itself is below
+// the smallest double, so that p of e^-5000 can be compared.
 
 /// log P(χ² with `dof` degrees of freedom > value).
 double LogChiSquareUpper(double value, double dof);

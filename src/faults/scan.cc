@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// Four cosines resolve a quarter of the run, or two periods over it at most.
+// Four cosines have up to two periods over the run, and so resolve a quarter of it.
 constexpr int kCosines = 4;
 // Four poses for each cosine, or else they fit noise.
 constexpr std::size_t kFewestToWander = 4 * kCosines;
@@ -139,7 +139,7 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
   const StretchWeights whole = StretchWeights::Ones(is_whole_ ? 1 : 0, 1);
   const StretchWeights& weights = is_whole_ ? whole : asked;
   const Eigen::Index wide = unknowns(), functions = weights.cols(), count = weights.rows();
-  // The places where weights change, and the changes.
+  // The groups at which a function's weight changes, and by how much.
   struct Change {
     Eigen::Index at = 0, function = 0;
     double by = 0.0;

@@ -13,13 +13,14 @@
 
 namespace truetriad {
 
-// Factors of a fault's columns: groups of poses x functions. The mean over the poses is subtracted,
-// so that the parameters keep the mean of what varies.
+// Factors of a fault's columns: groups of poses x functions of time. Except for kThroughout and
+// kOnce, their mean over the poses is subtracted, so that the parameters keep the mean of what
+// varies.
 using StretchWeights = Eigen::MatrixXd;
 
 // Positions at which a shape is tested, as groups from `first` to before `second`. A step leaves
-// two poses on each side; a window is at most half the run.
-// `columns`: of the form; without any, the sensor cannot have it, and there are no positions.
+// two groups on each side; a window is at most half the run. `columns`: of the form, by group;
+// empty: the sensor cannot have the form, and there are no positions.
 std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
                                              const FaultScene& scene,
                                              const std::vector<FaultColumn>& columns);
@@ -35,7 +36,7 @@ class ScannedForm {
   // `is_whole`: all weights will be ones.
   ScannedForm(std::vector<FaultColumn> stretches, bool is_whole);
 
-  // Computes the sums with the present columns of a system.
+  // Computes the sums, with the columns that the system includes at present.
   void Project(const FaultSystem& system);
 
   ColumnSums SumsOf(const StretchWeights& weights) const;

@@ -13,8 +13,8 @@ namespace {
 // coming to rest, a smaller change is no motion.
 constexpr double kMoving = 0.1;
 
-// Rates this far apart give their derivative: nearer ones would make the column noise, further ones
-// are too far apart for a hand's motion.
+// Time between rates whose difference gives the derivative, s: a shorter one would make the column
+// noise, a longer one is too long for a hand's motion.
 constexpr double kApartS = 0.1;
 // Largest share of the gyroscope's noise in a column's mean square: with more, the column finds
 // this noise again (in 20 clean recordings of slow turns each had a low-pass of 30 σ).
@@ -56,15 +56,15 @@ constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kCube,
                                  FaultForm::kGainByRate};
 
-// Half of the steps before and after a reading; for mean rates, the step before it.
+// Time that a reading stands for, s: half of the steps beside it; for mean rates, the step before.
 double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sampling) {
   const double before = i > 0 ? time_s[i] - time_s[i - 1] : 0.0;
   const double after = i + 1 < time_s.size() ? time_s[i + 1] - time_s[i] : 0.0;
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
-// The angle of a turn by its readings, along the body's axes. They are the uncorrected readings: a
-// column of corrected ones would amplify noise by its own correction.
+// The angle of a turn along the body's axes, by its uncorrected readings: a column of corrected
+// ones would amplify noise by its own correction.
 Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
   const TriadModel<double>& model = edge.at.triad;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -210,9 +210,9 @@ double FaultScene::RateVariance() const {
   return count > 0.0 ? sum / count : 0.0;
 }
 
-// For a turn in motion: half the integral of the rate's second derivative over it, from mean rates
-// over two spans after its next moment and two before that: the noise at its own ends is also in
-// its residual, which would find it again. With the spans' middles at ± a and ± b from its own,
+// Half the integral of the rate's second derivative over a turn in motion, from mean rates over two
+// spans that begin a moment after it and two that end a moment before: the noise at its own ends is
+// also in its residual, which would find it again. With the spans' middles at ± a and ± b,
 //
 //   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
 std::optional<FaultScene::RateBend> FaultScene::RateBendAt(std::size_t turn) const {
@@ -306,8 +306,8 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   return sums;
 }
 
-// Transforms the sums into the frame of the end, where rows are a logarithm e: J_l^-1(e) from the
-// left.
+// Transforms the sums into the frame of the turn's end, and to rows, which are a logarithm e:
+// J_l^-1(e) from the left.
 void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const {
   const Eigen::Matrix3d to_end = edge.increment.rotation.conjugate().toRotationMatrix();
   const Eigen::Vector3d left = edge.Residual(graph_->layout,
@@ -325,7 +325,7 @@ void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const
   if (edge.stated_turn >= 0) sums->squared_steps.setZero();
 }
 
-// One over the largest |u|, to the power with which u exceeds the unit of the readings.
+// One over the largest |u| (and rate), to the power by which a form exceeds a reading's unit.
 double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   const double one = largest_[triad] > 0.0 ? 1.0 / largest_[triad] : 0.0;
   switch (form) {
@@ -342,8 +342,8 @@ double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   }
 }
 
-// Signs of the change of u as the unit came to rest: dx/dt = x × ω; without gyroscope, of the
-// difference to the pose before. Zero where nothing moved, since noise has a sign, too.
+// Signs of the change of u as the unit came to rest: dx/dt = x × ω; without a gyroscope, signs of
+// the difference from the pose before. Zero if nothing moved, since noise has a sign, too.
 Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
   const Seen& seen = nodes_[node].seen[triad];
   if (turn_into_[node] >= 0) {

@@ -14,9 +14,9 @@
 
 namespace truetriad {
 
-// The change of a sensor's readings by h, as a function of u = S x, x being the true vector in the
-// body by the solution, R the attitude. Functions of u are divided by the largest |u| of the run,
-// so that h is the change there, in the units of the readings.
+// How h of a fault changes a sensor's readings, as a function of u = S x, with the true vector x in
+// the body and the attitude R of the solution. Functions of u are divided by the largest |u| of the
+// run, so that h is the change at that |u|, in the units of the readings.
 enum class FaultForm {
   kBias,        // I
   kGain,        // diag(u)                       h relative
@@ -35,17 +35,17 @@ enum class FaultForm {
   kReading,     // I of poses alone, not of turns
   kTurn,        // I of turns alone              h rad
   kShortTurn,   // along the turn's angle        h rad
-  kLowPass,     // 1/2 d^2 u / dt^2 at moments   h s^2: a time constant beyond its delay
+  kLowPass,     // 1/2 d^2 u / dt^2 at moments   h s^2: time constant squared; no delay
   kLeverArm,    // S ([α]x + [ω]x^2)             h m, from the point that the unit is turned about
 };
 // The number of values of FaultForm.
 inline constexpr std::size_t kFaultForms = static_cast<std::size_t>(FaultForm::kLeverArm) + 1;
 
-// For a turn: Σ K_i e_i for reading errors e_i of several forms along it, with K_i = dt_i dR^T R_i
-// C and R_i the rotation from the begin to reading i.
+// Sums over the readings i of a turn: Σ K_i e_i for the reading errors e_i of each form, with K_i =
+// dt_i dR^T R_i C and the rotation R_i from the turn's begin to reading i.
 struct TurnColumns {
   std::array<Eigen::MatrixXd, kFaultForms> of;          // empty for forms that no turn has
-  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // at its end, rad/s
+  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // before it stops, rad/s
   double fastest = 0.0;                                 // rad/s
   // Σ (ω dt)(ω dt)^T, in the frame of the end.
   Eigen::Matrix3d squared_steps = Eigen::Matrix3d::Zero();
@@ -54,31 +54,32 @@ struct TurnColumns {
 // The data for columns of faults: the graph at its present state, evaluated once.
 class FaultScene {
  public:
-  // Most positions of a scan, which have 1426 windows: more poses are combined into groups.
+  // Largest number of positions of a scan, which make 1426 windows: more poses are combined into
+  // groups.
   static constexpr std::size_t kMostStretches = 64;
 
   explicit FaultScene(const PoseGraph& graph);
 
-  // Groups of consecutive poses, one position of a scan each; up to 64 poses each is its own.
+  // Groups of consecutive poses, each one position of a scan; up to 64 poses, each is a group.
   std::size_t stretches() const { return stretch_begin_.size() - 1; }
   std::size_t poses() const { return nodes_.size(); }
   std::size_t FirstPose(std::size_t stretch) const { return stretch_begin_[stretch]; }
   double PosesIn(std::size_t stretch) const {
     return static_cast<double>(stretch_begin_[stretch + 1] - stretch_begin_[stretch]);
   }
-  // Mean over each group: time from -1 to 1 over the run, and temperature; unset if it is constant.
+  // Means over each group: time from -1 to 1 over the run, and temperature, unset if constant.
   const Eigen::VectorXd& tau() const { return tau_; }
   const std::optional<Eigen::VectorXd>& temperature() const { return temperature_; }
 
   // The largest |u| of a sensor, raw unit.
   double largest(Triad triad) const { return largest_[triad]; }
 
-  // The column of each group: their sum is that of the whole run. A turn belongs half to the group
-  // in which it begins and half to that in which it ends. Empty: no pose or turn can have this
-  // form; if only its values are zero, there are columns without blocks.
+  // A form's columns, by group: their sum is the column of the whole run. A turn belongs half to
+  // the group in which it begins and half to that in which it ends. Empty: no pose or turn can have
+  // this form; if only its values are zero, there are columns without blocks.
   std::vector<FaultColumn> ColumnsOf(Triad triad, FaultForm form) const;
 
-  // In the order of the increments; a stated turn has no steps.
+  // In the order of the increments; stated turns have no squared steps.
   const std::vector<TurnColumns>& turns() const;
 
  private:
@@ -90,15 +91,15 @@ class FaultScene {
     Eigen::Matrix3d turn;  // from the body at the node to the readings
   };
   // Rotation of the body at a moment where two turns meet: rad/s, rad/s^2, in its frame. The
-  // acceleration is zero if the gyroscope's noise dominates it; the part along the field needs the
-  // rate alone.
+  // acceleration is zero if the gyroscope's noise dominates it; columns then keep the part that the
+  // rate alone determines.
   struct Swing {
     Eigen::Vector3d rate, acceleration;
   };
   struct Node {
     PerTriad<Seen> seen;
     bool has_attitude = false;
-    bool is_moment = false;  // of motion: it is no rest
+    bool is_moment = false;  // a moment of motion, not a rest
     std::optional<Swing> swing;
     Eigen::Matrix3d body_from_world;
     Eigen::Vector3d up, field;  // unit vectors in the body
@@ -131,14 +132,14 @@ class FaultScene {
   std::vector<Eigen::Index> turn_rows_;
   std::vector<std::size_t> stretch_begin_, stretch_of_;
   PerTriad<double> largest_{{0.0, 0.0, 0.0}};  // |u|
-  mutable double largest_rate_ = 0.0;          // computed with them
+  mutable double largest_rate_ = 0.0;          // computed with turns_
   struct Path {
     Eigen::Vector3d angle = Eigen::Vector3d::Zero();
     double time_s = 0.0;
     std::ptrdiff_t turns = 0;
   };
-  std::vector<Path> path_;    // of each node, where there are turns
-  std::ptrdiff_t apart_ = 1;  // moments
+  std::vector<Path> path_;    // of each node; empty without turns
+  std::ptrdiff_t apart_ = 1;  // length of a rate's span, in moments
   double rate_variance_ = 0.0;
   Eigen::VectorXd tau_;
   std::optional<Eigen::VectorXd> temperature_;

@@ -27,32 +27,32 @@ constexpr double kLevelOfRun = 0.01;
 constexpr std::size_t kMostFaults = 8;
 // The level of one fault alone, for notes.
 constexpr double kNoteLevel = kLevelOfRun;
-// Largest κ of a column of noisy readings. If little of such a column remains, its own noise is
-// found in it: in 20 clean recordings of motion each had a gyroscope whose gains changed by 130 %
-// at some moment, at κ 14.
+// Largest κ of a fault whose column is computed from noisy readings. If the model leaves little of
+// such a column, the test finds the column's own noise: each of 20 clean recordings of motion had a
+// gyroscope whose gains seemed to change by 130 % at some moment, at κ 14.
 constexpr double kHardlyTold = 12.0;
 // Undetermined directions of h get the σ of determined ones: a sensor's axes are of one kind.
 constexpr double kUnseenOverSeen = 1.0;
 // log 1000: a thousand to one.
 const double kRivalLogOdds = 3.0 * std::numbers::ln10;
-// Prior σ of a fault that is tested alone, in units of its own: 1e-8 of the information.
+// Prior σ of a fault that is being tested, in units of its own σ: 1e-8 of the information.
 constexpr double kFree = 1e4;
-// Positions per kind tested in full: the best by the quick test, which orders them nearly alike.
+// Number of a kind's positions that are tested in full: those with the least limit of p.
 constexpr std::size_t kMostPositions = 3;
 // Chosen: variances that need more REML steps count as not settled.
 constexpr int kSettlingSteps = 40;
-// A correction has converged when its last step is below this share of every parameter's σ.
+// A correction has converged if its last step is below this share of every parameter's σ.
 constexpr double kSettledSigmas = 1e-3;
 constexpr int kMostRounds = 8;  // each round squares the error (Gauss-Newton)
-// A level to this power is the limit of the quick test, which has the variances of the model
-// without the fault: below it the full test follows.
+// A fault's level to this power is the limit of the quick test, which has the variances of the
+// model without the fault: the full test follows if the quick p is below it.
 constexpr double kLookAgain = 0.6;
 // Turns whose excess is a smaller share of their readings' noise show no lost rows.
 constexpr double kScatteredTurns = 0.5;
 // Chosen: fewer turns are not tested for lost rows.
 constexpr std::size_t kFewestTurns = 8;
 constexpr double kMisfitLogP = -13.8;  // log 1e-6
-// σ of an excess over that at rest from which on it is a misfit: a variance ratio of 9.
+// Ratio of an excess's σ to the σ at rest above which it is a misfit: a variance ratio of 9.
 constexpr double kMuchExcess = 3.0;
 
 struct Candidate {
@@ -80,8 +80,8 @@ struct SensorForm {
 struct Taken {
   std::size_t candidate = 0;
   Eigen::VectorXd sigma;
-  Eigen::MatrixXd per_unknown;  // of the free coordinates
-  Eigen::VectorXd by_rival;     // their difference if the rival with the largest effect is true
+  Eigen::MatrixXd per_unknown;  // change of the free coordinates
+  Eigen::VectorXd by_rival;     // their further change if the rival of largest effect is true
   TakenFault fault;
 };
 
@@ -102,7 +102,7 @@ class FaultSearch {
   FaultFindings Run();
   // Solves until a further step is negligible; false if steps do not converge.
   bool Settle();
-  // After Run: log likelihood of all readings, the rejected ones with a variance each of their own,
+  // After Run: log likelihood of all readings, with a variance of its own for each rejected one,
   // minus the log of the number of alternative faults or readings.
   double log_evidence() const { return log_evidence_; }
   // Whether the graph is no longer that which was given.
@@ -166,8 +166,8 @@ class FaultSearch {
   FaultFindings findings_;
 };
 
-// With temperature terms in the model a sensor's bias and gain vary with the chamber's settings,
-// and their residual variation is reported as drift between these.
+// Whether temperature terms stand for the kind: with them a sensor's bias and gain vary with the
+// chamber's settings, and variation that remains is reported as drift between settings.
 bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
   const bool varies = kind.varies == Varies::kBias || kind.varies == Varies::kGain;
   return varies && kind.shape != FaultShape::kTemperature &&
@@ -240,7 +240,7 @@ void FaultSearch::StateColumns() {
   model_.SetColumns(std::move(added));
 }
 
-// The end of a fault's candidates: those of all its positions are adjacent.
+// The end of a fault's candidates, which are adjacent: one for each of its positions.
 std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   std::size_t end = begin;
   while (end < candidates_.size() && candidates_[end].form == candidates_[begin].form &&
@@ -250,8 +250,8 @@ std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   return end;
 }
 
-// Divides the level equally among the faults that these poses determine, as tested at the middle of
-// their positions, and each fault's part among its positions.
+// Divides the significance level equally among the faults that the poses determine, as tested at
+// the middle of a fault's positions, and each fault's part among its positions.
 void FaultSearch::ShareBudget() {
   double faults = 1.0;  // lost rows
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
@@ -314,8 +314,8 @@ double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T)
                          Times(model_.system().SharedShift(column), T));
 }
 
-// The test at the optimal variances with the fault included: its determined directions are free for
-// the model's v and F¹, and X is computed without it at those variances.
+// log p at the variances that are optimal with the fault included: v and F¹ are of the model with
+// the fault's determined directions free, and X is of the model without them at these variances.
 double FaultSearch::Confirmed(const Candidate& candidate) {
   const FaultColumn column = ColumnOf(candidate);
   FaultColumn seen;
@@ -388,7 +388,7 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   const Eigen::VectorXd moved = Times(taken.per_unknown, h);
   const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
   fault.shift_sigmas = LargestInSigmas(graph_->layout, covariance, moved);
-  // The most significant of each kind: a step at the next position is no rival.
+  // Rivals are the most significant of each other kind: a step at the next position is none.
   std::set<std::pair<const FaultKind*, Triad>> named = {{candidate->kind, candidate->triad}};
   std::vector<const Candidate*> others;
   for (const Candidate& other : candidates_) {
@@ -413,8 +413,8 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   taken_.push_back(std::move(taken));
 }
 
-// The likelihood with the fault of smallest p, significant or not, in addition to the model's, from
-// the excess `v` on.
+// The log likelihood of the model with the fault of smallest p added, significant or not; the
+// excess starts from `v`.
 double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   const auto best = std::min_element(
       candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
@@ -436,10 +436,10 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   return likelihood;
 }
 
-// By likelihood ratio with a variance at its lower limit: half of χ² with one degree; and by the
-// directions of turn errors, since a few outliers do not lie along the turns. True if it is
-// significant, and more so than any column. If the turns' noise is not estimated, it contains lost
-// rows already, and for many rows P is not formed: then only the directions are tested.
+// Tests lost rows by the likelihood ratio with a variance at its lower limit (half of χ² with one
+// degree of freedom) and by the directions of turn errors, since a few outliers do not lie along
+// turns. True if lost rows are significant, and more so than any fault. If the turns' noise is not
+// estimated, it contains lost rows; then, or if P is not formed, only directions are tested.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
@@ -524,7 +524,7 @@ Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const 
   return TransposeTimes(layout.basis, changes);
 }
 
-// Mean over the poses of (change)(change)^T, with E h h^T = h h^T + V_h.
+// Mean over the poses of (change)(change)^T of the free coordinates, with E h h^T = h h^T + V_h.
 Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const {
   const Candidate& candidate = candidates_[taken.candidate];
   const Eigen::VectorXd& h = taken.fault.h;
@@ -546,8 +546,8 @@ Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const
   }
   Eigen::MatrixXd spread = Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
   if (candidate.kind->varies == Varies::kField) {
-    // The mean m of fields m_k is shorter than they are, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and the
-    // stated strength may be that of either.
+    // The mean m of fields m_k is shorter than the fields, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and
+    // the stated strength may be that of the mean or of the fields.
     const double field = graph_->reference()[kField];
     const Eigen::Matrix3d gains =
         0.5 * mean.trace() / (field * field) * graph_->sensitivity(candidate.triad);
@@ -624,8 +624,8 @@ void FaultSearch::StateNotes() {
   }
 }
 
-// For a stated fault beside the others: C + G A^-1 G^T of its shifts G, with A the information of
-// readings and its prior on it.
+// A stated fault widens the covariance C, with all other stated faults, to C + G A^-1 G^T: G are
+// its shifts, and A is the information that readings and its prior have on it.
 void FaultSearch::StateWidening() {
   const Eigen::Index rows = model_.system().residual().size();
   for (const StatedFault& stated : stated_) {
@@ -666,8 +666,8 @@ void FaultSearch::StateMisfit() {
 }
 
 // For each component that far exceeds its noise at rest and whose sensor has a fault with p < 1 %:
-// adds its covariance as if it were an error common to all poses. In long runs it is common to the
-// poses of a group.
+// adds its covariance as if it were an error common to all poses, or in runs of more than 64 poses,
+// common to the poses of a group.
 void FaultSearch::CountAsSystematic(const Eigen::MatrixXd& covariance) {
   for (std::size_t c = 0; c < noise_->estimated.size(); ++c) {
     const auto at = static_cast<Eigen::Index>(c);
@@ -707,10 +707,10 @@ bool FaultSearch::Settle() {
   return false;
 }
 
-// Reverts a correction that makes the recording less likely, as strong nonlinearity does, and
-// widens σ by it instead; so it does if the fault's form determines the parameters' change (κ),
-// unless it is 1000 times more likely than none: one in a hundred clean recordings has such a
-// fault, which would move a parameter by ten of its σ.
+// Adds a fault, but reverts a correction that makes the recording less likely, as strong
+// nonlinearity does, and widens σ instead. If the fault's form determines the parameters' change
+// (κ), the correction must make the recording 1000 times more likely: one in a hundred clean
+// recordings has such a fault, which would move a parameter by ten of its σ.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -747,9 +747,9 @@ void FaultSearch::TryWith(Candidate* candidate) {
 }
 
 // Each fault was one of its positions and one of all faults, each rejected reading one of all
-// readings, and a fitted σ of either costs one (Akaike 1974). A rejected reading has a small weight
-// w, which the likelihood takes for a variance: 1/2 rank log w, for the `rank` directions that
-// others determine. It is replaced by the most likely variance, |r|^2 / rank in units of its noise.
+// readings; a fitted σ of either costs one (Akaike 1974). A rejected reading has a small weight w,
+// which the likelihood takes for a variance: 1/2 rank log w, for the `rank` directions that others
+// determine. Instead the most likely variance is taken, |r|^2 / rank in units of its noise.
 double FaultSearch::LogPrior() const {
   double sum = 0.0;
   for (const Taken& taken : taken_) sum += LogPriorOf(taken);
@@ -841,7 +841,7 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
   FaultSearch of_all(stated, ReducedSystem(*all), &*all, &noise_of_all);
   if (!of_all.Settle()) return found;
   FaultFindings found_in_all = of_all.Run();
-  // Single poses as faults are the same as rejected ones.
+  // A fault of a single pose is equivalent to rejecting the pose.
   const auto is_more = [](const TakenFault& fault) {
     return fault.place.kind->shape != FaultShape::kOnce;
   };

@@ -13,15 +13,15 @@
 
 namespace truetriad {
 
-// A fault with a prior of mean zero, or another, and a σ: it is in the model from the start and
-// never a finding: nonlinearities stated by a data sheet, and face curvatures.
+// A fault whose unknowns have a prior mean and σ, which is in the model from the start and is never
+// a finding: nonlinearities stated by a data sheet, and face curvatures.
 struct StatedFault {
   FaultColumn column;
   Eigen::VectorXd sigma;
   Eigen::VectorXd mean = {};  // empty: zero
 };
 
-// A kind and its position: poses by number, for a window the last one, too; 0: the whole run.
+// A kind of fault and its place: number of the first pose, and a window's last; 0: the whole run.
 struct FaultPlace {
   const FaultKind* kind = nullptr;
   Triad triad = Triad::kAccelerometer;
@@ -31,21 +31,22 @@ struct FaultPlace {
 
 // A significant fault, which is in the model if its correction converges.
 struct TakenFault {
-  // Above this κ a parameter moves by more of its σ than h by its own: the fault's form, and not
-  // the readings, determines the correction.
+  // Above this κ, h of one σ moves a parameter by more than that parameter's σ: the fault's form,
+  // and not the readings, determines the correction.
   static constexpr double kTrusted = 1.0;
   bool is_trusted() const { return is_corrected && kappa <= kTrusted && !place.kind->is_truncated; }
 
   FaultPlace place;
-  bool is_corrected = true;  // else only σ include it
+  bool is_corrected = true;  // if not, only the σ include it
   double log_p = 0.0;
-  Eigen::VectorXd h;  // all unknowns, of which FaultForm states the meaning
+  Eigen::VectorXd h;  // of all unknowns; FaultForm states their meaning
   Eigen::VectorXd sigma;
-  double shift_sigmas = 0.0;  // of the parameter that it moved the most
-  double kappa = 0.0;         // the same for h of one σ
+  double shift_sigmas = 0.0;  // shift by h of the parameter that moves most
+  double kappa = 0.0;         // such a shift by one σ of h
   // Faults that explain the readings nearly as well: less than 1000 times less likely.
   std::vector<FaultPlace> rivals;
-  // Rejecting poses explains the readings nearly as well: they stay rejected, h is not corrected.
+  // Poses whose rejection explains the readings nearly as well: they stay rejected, h is only
+  // stated.
   std::vector<int> left_out_instead;
 };
 
@@ -58,8 +59,8 @@ struct FaultNote {
   bool is_doubtful = false;
 };
 
-// Rows that the log lost during turns scatter these along their angle: a share s of all rows is a
-// variance component s (1 - s) Σ (ω dt)(ω dt)^T.
+// Rows that the log lost during turns, which makes turns scatter along their angle: a lost share s
+// of all rows is a variance component s (1 - s) Σ (ω dt)(ω dt)^T.
 struct LostRowsFound {
   double share = 0.0;
   double log_p = 0.0;
@@ -67,26 +68,26 @@ struct LostRowsFound {
 
 // The final test of χ² with the noise at rest alone.
 struct OverallMisfit {
-  double excess_ratio = 0.0;  // largest σ of an excess over that at rest
+  double excess_ratio = 0.0;  // largest ratio of an excess's σ to the σ at rest
   // p < 1e-6, an excess above three times the noise at rest, and no fault that explains it.
   bool is_unexplained = false;
-  bool has_more_faults = false;  // than the eight accepted ones
-  // The residuals are also not white: they contain some other effect. What poses share does not
-  // average out, so that σ include it in full.
+  bool has_more_faults = false;  // more significant faults than the eight accepted ones
+  // The residuals are not white: they contain some unknown effect. What poses have in common does
+  // not average out, so that σ include it in full.
   bool is_systematic = false;
 };
 
 struct FaultFindings {
   std::vector<TakenFault> faults;
-  std::vector<FaultNote> notes;  // doubtful ones, and all nonlinearities of an axis
+  std::vector<FaultNote> notes;  // doubtful faults, and all nonlinearities of an axis
   std::optional<LostRowsFound> lost_rows;
   OverallMisfit misfit;
   // Covariance of the graph's free coordinates beyond the graph's own: by the faults' σ, the spread
-  // of varying values, and d d^T of corrections that are not to be trusted.
+  // of varying values, and d d^T of shifts d by untrusted corrections.
   Eigen::MatrixXd beyond;
   // For each stated fault: the largest factor by which it widens the σ of a parameter.
   std::vector<double> widening;
-  int looked_for = 0;  // faults that the poses determine, and lost rows
+  int looked_for = 0;  // number of tests: faults that the poses determine, and lost rows
 };
 
 // Tests all declared faults in a solved graph, adds the significant ones to the model, and leaves

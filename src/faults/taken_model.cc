@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-// As a share of a variance: a change of 0.3 % changes σ by 0.15 %.
+// Variances are settled if they change by less than this share: 0.3 % changes σ by 0.15 %.
 constexpr double kSettled = 3e-3;
 // Noise that is wholly estimated from residuals stays above this share of its first value, so that
 // faults cannot explain all of it.
@@ -98,10 +98,10 @@ void TakenModel::SettleExcess(int steps) {
 }
 
 // A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
-// False if the readings are corrected by the same already.
+// False if the readings have these corrections already.
 bool TakenModel::CorrectReadings() {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
-  // Column by column without those of h = 0, which then change no bit of it.
+  // Leaves out columns with h = 0, so that they change no bit of the sum.
   for (Eigen::Index j = 0; j < added_.size(); ++j) {
     if (added_.at[j] != 0.0) off += added_.at[j] * added_.Z.col(j);
   }

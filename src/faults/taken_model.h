@@ -26,17 +26,17 @@ class TakenModel {
 
   // Sets the columns in the model.
   void SetColumns(AddedColumns added);
-  // Estimates variances by REML with the present model, by at most so many steps.
+  // Estimates variances by REML with the present model, in at most `steps` steps.
   void SettleExcess(int steps);
   void SetExcess(const Eigen::VectorXd& v);
-  // Adds one variance component of the turns, starting at zero; removes it (empty).
+  // Sets a second variance component of the turns, which starts at zero, or removes it if empty.
   void SetTurnVariances(TurnVariances unit);
 
   // Corrects the readings by h and solves again: one Gauss-Newton step, with turns integrated
-  // again. The columns are those of the former solution: SetColumns must follow.
+  // again. The columns are still of the former solution, so that SetColumns must follow.
   void Relinearise();
 
-  // Computes the noise's estimate for the graph alone, with its readings as corrected.
+  // Computes the noise estimate of the graph without faults, with its readings as corrected.
   void StateEstimate();
   // χ² of the corrected readings with the noise at rest alone. It must be the last call, since it
   // invalidates the system.

@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-// Up to three components are listed; of more, the length.
+// Up to three components are listed; if there are more, their norm is stated.
 constexpr Eigen::Index kMostInALine = 3;
 
 std::string ListOf(const Eigen::VectorXd& values) {

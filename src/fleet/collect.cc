@@ -34,10 +34,10 @@ namespace fs = std::filesystem;
 struct Survey {
   Collected collected;
   int shards = 0;       ///< 0: not stated.
-  std::string said_by;  ///< The source that states it.
+  std::string said_by;  ///< The source that states `shards`.
   std::set<int> present;
-  std::optional<RetestPolicy> policy;  ///< Of the sources with runs; unset: none.
-  std::string counted_by;              ///< The source that states it.
+  std::optional<RetestPolicy> policy;  ///< Policy of the stores with runs; unset: none.
+  std::string counted_by;              ///< The store that has `policy`.
   bool states_policy = false;          ///< A source states a policy.
   std::unordered_map<std::size_t, std::size_t> contents;  ///< Content hashes by name hash.
   std::map<std::string, std::string> decided;  ///< Contents of decisions and checks, by name.
@@ -66,7 +66,7 @@ Error OtherContent(const std::string& source, const std::string& what) {
                what + " is there with another content, too; one of the two was changed");
 }
 
-/// Adds the source to an error, unless it names a place itself.
+/// Adds the source to an error, unless the error names a place itself.
 Status Placed(const Status& status, const std::string& source) {
   if (status || !status.error().place.file.empty()) return status;
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
@@ -138,7 +138,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   return {};
 }
 
-/// Error: a run of a store is invalid, or of another shard count.
+/// Error: a run of a store is invalid, or belongs to another number of shards.
 Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::string name = "run " + run.id;
   if (const Status checked = CheckRun(run); !checked) {
@@ -198,7 +198,7 @@ Result<LinesRead> ReadInParts(const std::string& name,
   return source;
 }
 
-/// The number of a source's runs that the store lacks. Error: it has one with other contents.
+/// The number of a source's runs that the store lacks. Error: one has other contents there.
 Result<std::size_t> NewRuns(const std::string& name,
                             const std::vector<UnitRun>& runs,
                             Store& store) {
@@ -264,8 +264,8 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
   return TakePolicy(source.header.policy, name, collected.runs > before, survey);
 }
 
-/// Adds the runs of a source with their decisions in short transactions, so that a line that writes
-/// to the store waits only briefly.
+/// Adds the runs of a source with their decisions in short transactions, so that a production line
+/// that writes to the store waits only briefly.
 Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   const auto add = [&](const std::vector<UnitRun>& runs) {
     std::size_t added = 0;
@@ -308,7 +308,7 @@ constexpr std::string_view kOtherLimits =
     "JOIN standing ON standing.run = judgement.run) AS one GROUP BY name, component "
     "HAVING count(*) > 1 ORDER BY name";
 
-/// Decisions about a recording that another station repeated, so that they no longer hold.
+/// Last decisions that no longer hold, since a run of another recording or by other limits counts.
 constexpr std::string_view kDecisionsLifted =
     "SELECT standing.serial, made.verdict, made.who, made.why, standing.run "
     "FROM disposition AS made JOIN run ON run.run = made.run "
@@ -318,14 +318,14 @@ constexpr std::string_view kDecisionsLifted =
     "WHERE one.wrong_serial IS DISTINCT FROM 1 AND its.serial = standing.serial) ORDER BY "
     "standing.serial";
 
-/// Units that are good by another run than their last one, which was measured before it.
+/// Units that are good by their current run or a decision, although their latest run is not good.
 constexpr std::string_view kOverruled =
     "SELECT standing.serial FROM latest CROSS JOIN standing WHERE standing.serial = latest.serial "
     "AND latest.verdict IN ('FAIL', 'NO_RESULT') AND latest.run <> standing.run "
     "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
 
-/// Each shard and station sees only its own units. Current runs of deliverable units, with the
-/// first run of another unit that has all their readings, unless its serial was wrong.
+/// Current runs of deliverable units, each with the first run of another unit that has all of its
+/// readings, unless that unit's serial was wrong. A shard or station compares only its own units.
 constexpr std::string_view kCopies =
     "SELECT own.serial, own.run, own.log, min(its.run), its.serial "
     "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
@@ -413,8 +413,8 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   return std::move(collected);
 }
 
-/// The same for a new file: it gets its name when it is complete, unless another file has that name
-/// by then.
+/// AddAll for a store in a new file, which gets its name when it is complete, unless another file
+/// has that name by then.
 Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
                               const std::string& target,
                               const fs::path& file,

@@ -22,7 +22,7 @@
 namespace truetriad::fleet {
 
 /// A connection to a database with the tables of TablesSql, implemented for SQLite and for
-/// PostgreSQL. All functions: error (bad input) if it cannot be reached, read or written.
+/// PostgreSQL. All functions: error (bad input) if the database cannot be reached, read or written.
 class Database {
  public:
   virtual ~Database() = default;
@@ -35,16 +35,16 @@ class Database {
   /// Does all of `work` or nothing of it; the result is on disk when it returns. `work` may be
   /// called several times, since a lost connection is reopened. Calls must not be nested.
   virtual Status Transact(Access access, const std::function<Status()>& work) = 0;
-  /// Runs a statement and returns the number of inserted rows. Only in `work`.
+  /// Runs a statement and returns the number of inserted rows. Only in `work` of Transact.
   virtual Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) = 0;
   /// Returns the rows of a query. Only in `work`.
   virtual Result<Table> Ask(std::string_view sql, std::span<const Value> values) = 0;
   /// Returns the rows of a query that a user typed. Not in `work`. Error (usage): it is not valid
   /// SQL, not one statement, or would change something.
   virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
-  /// Store::AllowTypedText. Not in `work`.
+  /// As Store::AllowTypedText. Not in `work`.
   virtual Status AllowTypedText() { return {}; }
-  /// Store::TellNotes.
+  /// As Store::TellNotes.
   virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
 };
 
@@ -64,7 +64,7 @@ Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access ac
 // Functions that SQLite and PostgreSQL share; statements have parameters $1, $2, … in order.
 
 /// The rows of a run in all tables, in an order that satisfies references: the unit, the run, and
-/// its parts, which exist exactly if the run does. Valid as long as `run`.
+/// its parts, which exist exactly if the run does. Valid as long as `run` is.
 std::vector<TableRows> RowsOf(const UnitRun& run);
 TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
@@ -135,7 +135,7 @@ Thing FromRow(std::span<const Cell> row, std::size_t at = 0) {
   return thing;
 }
 
-/// "name, value, sigma", each behind the table's name if `table` is given.
+/// A struct's columns, "name, value, sigma"; "t.name, …" if `table` is "t".
 template <typename Thing>
 std::string ColumnsOf(const std::string& table = "") {
   std::string columns;
@@ -157,9 +157,9 @@ inline constexpr std::array<std::string_view, 9> kFindingColumns = {
     "code", "severity", "sensor", "axis", "pose", "text", "remedy", "values", "treatment"};
 inline constexpr std::string_view kFindingSelected =
     "code, severity, sensor, axis, pose, text, remedy, \"values\", treatment";
-/// The fact that identifies a store.
+/// The name of the entry in StoreFacts that identifies a store.
 inline constexpr std::string_view kStoreFact = "store";
-/// Names of column types, which differ between the two.
+/// Names of column types, which differ between SQLite and PostgreSQL.
 struct TypeNames {
   std::string_view text, real, bytes;
 };

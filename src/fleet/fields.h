@@ -22,11 +22,11 @@ namespace truetriad::fleet {
 /// The version of the fields, tables and lines of JSON; stores of another version are rejected.
 inline constexpr int kSchemaVersion = 6;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
-/// Error (bad input): the version `found` in the store `name` is another one, or empty (none
+/// Error (bad input): the version `found` in the store `name` is not kSchemaVersion, or empty (none
 /// stated).
 Status CheckSchemaVersion(const std::string& name, const std::string& found);
 
-/// The table `run`; tags, inputs, readings, parameters, findings and judgements have others.
+/// The table `run`; tags, inputs, readings, parameters, findings and judgements have their own.
 void Fields(auto&& visit, Like<UnitRun> auto& run) {
   visit("run", run.id);
   visit("serial", run.serial);
@@ -193,7 +193,7 @@ Thing ThingFrom(const Json& json) {
 inline std::string LineOfJson(const Json& json) {
   return json.dump(-1, ' ', /*ensure_ascii=*/false, Json::error_handler_t::replace) + '\n';
 }
-/// The result of `read` for a line's JSON. Error (bad input) with the message of its exception.
+/// The result of `read` for a line's JSON. Error (bad input): parsing or `read` threw an exception.
 template <typename Read>
 auto FromLine(std::string_view line, Read read) -> Result<decltype(read(Json()))> {
   try {

@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The last points of a chart that are drawn: more do not fit on a screen.
+/// The number of last points of a chart that are drawn: more do not fit on a screen.
 constexpr int kPointsOfChart = 400;
 
 /// Finds the reports of runs.
@@ -66,7 +66,7 @@ class Reports {
   }
 
  private:
-  /// Without symbolic links, so that relative paths between folders are the shortest.
+  /// The path without symbolic links, so that relative paths between folders are the shortest.
   const fs::path& Canonical(const fs::path& folder) {
     const auto [found, is_new] = canonical_.try_emplace(folder);
     if (is_new) found->second = CanonicalPath(folder);
@@ -131,7 +131,7 @@ class WordColumn {
 class MomentColumn {
  public:
   void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
-  /// 0 means unknown, 1 means `from`, in seconds.
+  /// Whole seconds since `from`, plus 1; 0: unknown.
   Json ToJson() const {
     double from = line::kNotKnown;
     for (const double one : seconds_) from = std::fmin(from, one);
@@ -314,7 +314,7 @@ class PageData {
     return columns_[found->second];
   }
 
-  /// Adds the runs of a unit, which are in the order of measurement.
+  /// Adds the runs of a unit in the order of measurement.
   void TakeUnit(std::vector<UnitRun>* runs) {
     const auto found = places_.find(runs->front().serial);
     if (found != places_.end()) {
@@ -421,7 +421,7 @@ Result<Json> LineJson(Store& store, const std::string& where) {
   return Json({{"tables", SummaryTables(summary)}, {"charts", std::move(summary["charts"])}});
 }
 
-/// Marks the index of such a page.
+/// Identifies an index.html as that of a page of `fleet report`.
 constexpr std::string_view kDataScript = "<script defer src=\"data.js\"></script>";
 
 /// Error (bad input): the index belongs to something else.
@@ -490,7 +490,7 @@ Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& op
     return (fs::path(options.folder) / name).string();
   };
   TRUETRIAD_RETURN_IF_ERROR(CheckIndex(path("index.html")));
-  // This comes first, so that its memory is free before the page is built.
+  // The line's statistics come first, so that their memory is free before the page is built.
   TRUETRIAD_ASSIGN_OR_RETURN(const Json line, LineJson(store, options.where));
   PageData data(store, options);
   TRUETRIAD_RETURN_IF_ERROR(data.Read());

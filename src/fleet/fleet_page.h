@@ -47,8 +47,8 @@ std::string ScriptOf(const Json& json);
 
 /// Writes index.html, data.js and assets into the folder after all of them are complete. They do
 /// not depend on time or place, except for relative links to the reports of runs. Errors (bad
-/// input): the store cannot be read or has no such units, or the folder cannot be written or has
-/// another index.html. Error (usage): `where` is not valid.
+/// input): the store cannot be read or has no units that `where` selects, or the folder cannot be
+/// written or has another index.html. Error (usage): `where` is not valid.
 Result<FleetPageSummary> WriteFleetPage(Store& store, const FleetPageOptions& options);
 
 }  // namespace truetriad::fleet

@@ -75,7 +75,7 @@ std::optional<double> FleetProgress::SecondsLeft() const {
 
 namespace {
 
-/// The error for a run whose log has the readings of another unit's.
+/// The error for a run whose log has the readings of another unit.
 Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy) {
   return Error(ErrorCode::kOtherDevice,
                {run.log},
@@ -117,7 +117,7 @@ std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& p
          " and run this log again";
 }
 
-/// Keeps the first names in order, so that the order of the workers does not matter.
+/// Adds a serial and keeps the first ones by name: the order of the workers must not matter.
 void NameSome(const std::string& serial, std::set<std::string>* some) {
   constexpr std::size_t kMostNamed = 3;  // More fill a line.
   some->insert(serial);
@@ -311,8 +311,8 @@ class FleetEngine {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
-    // Of two concurrent runs the one started first may finish last. A decision made meanwhile was
-    // made without this run, which so gets a later name.
+    // Of two concurrent runs the one started first may finish last; it keeps its name. After a
+    // decision made meanwhile, without this run, it gets a later name.
     const bool is_decided = before && !before->disposed_by.empty();
     if (run->id < latest && (is_decided || NewRunId() < latest)) {
       const std::string id = NewRunIdAfter(latest);
@@ -339,7 +339,7 @@ class FleetEngine {
     return {};
   }
 
-  /// Updates the yield with the present standing of the run's unit; `before`: as Add.
+  /// Updates the yield with the present standing of the run's unit; `before`: as returned by Add.
   void CountYield(const UnitRun& run, const std::optional<Standing>& before) {
     const Result<std::optional<Standing>> standing = store_->StandingOf(run.serial);
     if (!standing || !*standing) return;  // The store fails.
@@ -445,14 +445,14 @@ class FleetEngine {
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
-  /// AgreeFolders for all units held back whose files could not be changed before, since a folder
-  /// was missing or a process was killed. Error: the store cannot list them.
+  /// AgreeFolders for all UnitsHeldBack: an earlier change of their files may have failed, since a
+  /// folder was missing or a process was killed. Error: the store cannot list them.
   Status MakeUpForEarlier() {
     if (options_.plan.folder.empty()) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
     for (const std::string& serial : held_back) {
       Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
-      if (!agreed) continue;  // The store fails; the next start repeats it.
+      if (!agreed) continue;  // The store fails; the next start repeats this.
       // A missing folder is on another machine or has been archived.
       std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
       for (const std::string& note : agreed->Notes(serial)) Warn(note);
@@ -510,8 +510,8 @@ class FleetEngine {
   std::optional<Arrival> next_;  ///< Taken from the source, not started.
   std::deque<UnitRun> ended_;    ///< Not yet in the store.
   Retry store_retry_, worker_retry_, disk_retry_, hold_retry_;
-  bool is_held_ = false;             ///< Units wait because of FleetOptions::hold,
-  bool is_waiting_in_vain_ = false;  ///< and no other unit is expected.
+  bool is_held_ = false;             ///< Units wait because of FleetOptions::hold.
+  bool is_waiting_in_vain_ = false;  ///< is_held_, and no other unit is expected.
   FleetProgress progress_;
   /// The state of a unit with runs in this session.
   struct UnitSoFar {
@@ -537,8 +537,8 @@ class ListedUnits : public OrderSource {
   std::size_t next_ = 0;
 };
 
-/// Groups of `units` by index whose logs have the same readings; compares the first `most` of each
-/// sensor, or all.
+/// Groups of indices in `units`, out of `places`, whose logs have the same readings; compares the
+/// first `most` readings of each sensor, or all.
 std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>& units,
                                                      const std::vector<std::size_t>& places,
                                                      std::optional<std::int64_t> most,
@@ -568,12 +568,12 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units; all those with the readings of another unit are refused, except that a log whose
-/// serial number was wrong does not count as a unit. Error: of the store.
+/// The units; each with the readings of another unit is refused, unless the serial number of the
+/// other's log was wrong. Error: of the store.
 Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
                                            Store& store,
                                            std::vector<UnitOrder> orders) {
-  // Reading so many takes a millisecond, and different recordings hardly agree in all of them.
+  // Readings of each sensor to compare first: they take a millisecond, and hardly agree by chance.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
   std::vector<std::size_t> all;

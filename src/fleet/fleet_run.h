@@ -23,13 +23,13 @@ struct FleetOptions {
   WorkPlan plan;
   int jobs = 1;
   UnitLimits limits;
-  bool resumes = false;  ///< Skips logs that have a run of the same log, experiment and program.
+  bool resumes = false;  ///< Skips unchanged logs with a run by this experiment and program.
   /// A failing store or machine is retried at growing intervals until it works, for a watch over
   /// days. Otherwise a failure is an error.
   bool is_patient = false;
   std::vector<std::string> worker_command;
   /// Called before each unit with the station stated for that unit alone, if any; returns the
-  /// reason why it may not start now, unset if it may. May be empty.
+  /// reason why the unit may not start now, unset if it may. May be empty.
   std::function<Result<std::optional<std::string>>(const std::string& station)> hold;
 };
 
@@ -51,17 +51,17 @@ struct Yield {
 /// The state of a fleet run.
 struct FleetProgress {
   std::optional<std::size_t> units;   ///< Units to calibrate without skipped ones; unset: unknown.
-  std::size_t skipped = 0;            ///< Units with a run already.
-  std::set<std::string> skipped_red;  ///< Skipped units that are not good and had no run now.
+  std::size_t skipped = 0;            ///< Units skipped, since they have a run already.
+  std::set<std::string> skipped_red;  ///< Skipped units that are not good.
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
-  std::map<std::string, std::size_t> codes;  ///< Number of red runs by code.
-  /// The other runs that have warnings, some of their units (chosen as known_units), and the number
-  /// of each warning.
+  std::map<std::string, std::size_t> codes;  ///< Number of red runs (IsRed) by code.
+  /// Runs that are not red but have warnings, some of their units (chosen as known_units), and the
+  /// number of these runs by warning.
   std::size_t warned = 0;
   std::set<std::string> warned_units;
   std::map<std::string, std::size_t> warnings;
-  Yield yield;  ///< Of the units with runs now.
+  Yield yield;  ///< Of the units calibrated in this fleet run.
   /// Units whose verdict is set by an earlier run or a person, with the reason: "FAIL by R. Roe
   /// (bent)".
   std::map<std::string, std::string> overruled;
@@ -106,16 +106,16 @@ struct Arrival {
 class OrderSource {
  public:
   virtual ~OrderSource() = default;
-  /// Looks for new units; called several times a second. Error (bad input): it cannot any more.
+  /// Looks for new units; called several times a second. Error (bad input): the source fails.
   virtual Status Look() { return {}; }
   /// Returns the next unit; unset: none at present.
   virtual std::optional<Arrival> Next() = 0;
   /// Whether there will be no further unit.
   virtual bool HasEnded() const = 0;
-  /// The run of a returned unit is in the store.
+  /// Tells the source that the run of a returned unit is in the store.
   virtual void Finish(const UnitRun& /*run*/) {}
-  /// The run of a returned unit failed for a reason outside the unit; called only if the options
-  /// are patient.
+  /// Tells the source that the run of a returned unit failed for a reason outside the unit, which
+  /// is to be returned again; called only if the options are patient.
   virtual void Again(const UnitRun& /*run*/) {}
   /// The number of returned units that are not finished.
   virtual std::size_t Given() const { return 0; }
@@ -132,11 +132,11 @@ class OrderSource {
 struct WatchOptions {
   std::string folder = {};
   std::string without = {};         ///< A folder of results to exclude; or empty.
-  std::string serial_pattern = {};  ///< As ListUnits.
+  std::string serial_pattern = {};  ///< As of ListUnits.
   /// Interval between looks; unset: 1 s, or 5 s on a file system that does not report writers.
   /// Looks take at most 1/20 of the time, however large the folder is.
   std::optional<double> look_s = {};
-  /// Ends after so long without an event; logs that are still incomplete are returned as they are.
+  /// Ends after this idle time; a recording.yaml that lacks files is then returned as it is.
   std::optional<double> until_idle_s = {};
 };
 
@@ -145,15 +145,15 @@ struct WatchOptions {
 /// one.
 ///
 /// A log is returned when no process writes to it and two looks found it unchanged; a
-/// recording.yaml when the same holds for all files that it names. In a folder that has not
-/// returned a table yet the whole folder must be unchanged, since a recording.yaml may follow.
-/// Error (bad input): the folder or one below cannot be read. Error (usage): the serial pattern.
+/// recording.yaml when the same holds for all files that it names. In a folder of which no table
+/// was returned yet the whole folder must be unchanged, since a recording.yaml may follow. Error
+/// (bad input): the folder or one below cannot be read. Error (usage): an invalid pattern.
 Result<std::unique_ptr<OrderSource>> OpenLogWatch(WatchOptions options,
                                                   DoneLogs done,
                                                   std::function<void(const std::string&)> tell);
-/// Why no unit may be calibrated at a station, from the GoldenState of each of its golden units,
-/// with a check overdue after `age_s`: one disagrees or is dated in the future, or none is good.
-/// Unset: calibration may proceed. Error: of the store.
+/// Why no unit may be calibrated at a station, from the GoldenState of each of its golden units
+/// (overdue after `age_s`): one disagrees or is dated in the future, or none is good. Unset:
+/// calibration may proceed. Error: of the store.
 Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s);

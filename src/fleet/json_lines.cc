@@ -52,7 +52,7 @@ Result<std::ifstream> Opened(const std::string& path) {
   return file;
 }
 
-/// Error (bad input): the line is not such a header, or of another version.
+/// Error (bad input): the line is not such a header, or states another version.
 Result<StoreHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);

@@ -18,7 +18,7 @@ namespace truetriad::fleet {
 
 // Runs as text: a header line, for each run LineOf(UnitRun) followed by the decisions about it, and
 // checks of stations anywhere. A last line counts the lines above it; without it the file is
-// incomplete. Lines that are added later are followed by another one.
+// incomplete. Lines that are added later are followed by another count.
 
 /// The header line states the store of the runs:
 /// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
@@ -44,10 +44,10 @@ struct LinesRead {
   Decisions decisions;
   LineCounts counts;
   bool is_ended = false;   ///< Its last line is an EndLine.
-  std::int64_t bytes = 0;  ///< In complete lines.
+  std::int64_t bytes = 0;  ///< Size of all complete lines.
 };
 
-/// The header of a file; unset: it is not a file of runs, or of another version.
+/// The header of a file; unset: it is not a file of runs, or has another version.
 std::optional<StoreHeader> HeaderOf(const std::string& path);
 
 /// Calls `take` with every run of a file. A last line without an end, as left by a killed writer,
@@ -69,7 +69,7 @@ class RunLines {
   RunLines(const RunLines&) = delete;
   RunLines& operator=(const RunLines&) = delete;
 
-  /// The header, whether there is one, and its writing.
+  /// The header; whether there is one; and a function that writes it.
   const StoreHeader& header() const { return read_.header; }
   bool HasBegun() const { return read_.header.shards.count > 0; }
   Status Begin(const StoreHeader& header);

@@ -153,7 +153,7 @@ class LineReader {
 };
 
 /// The first run of each group by `partition`, among those for which `condition` is true; for a log
-/// whose time a later list corrected, the run with that time.
+/// whose time a later list corrected, the run with the corrected time.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "
@@ -167,7 +167,7 @@ std::string FirstRuns(const std::string& partition, const std::string& condition
          "1";
 }
 
-/// Names of the parameters of the selected runs, sorted.
+/// Names of the parameters of the selected runs, in the order of their place in a run.
 Result<std::vector<std::string>> ParametersOf(Store& store, const std::string& where) {
   return store.QueryTexts(
       "SELECT name FROM parameter WHERE name NOT LIKE 'reference.%' AND run IN (SELECT run" +

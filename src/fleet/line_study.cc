@@ -64,7 +64,7 @@ Json ToJson(const line::Type1Study& study) {
 }
 
 /// The stated reference in the unit of the study's values. If a limit and a parameter share a name,
-/// it is the limit's, which is in true units.
+/// the reference is the limit's, which is in true units.
 double ReferenceOf(const Quantity& quantity,
                    const LineReading& runs,
                    const SummaryOptions& options) {
@@ -145,7 +145,7 @@ Error SameRecording(const std::string& one, const std::string& other, const std:
 
 /// Error: one recording calibrated twice, which shows no repeatability.
 Status CheckAreDifferent(Store& store, const std::string& study) {
-  std::unordered_map<std::string, std::string> run_of;  // by the readings of a sensor
+  std::unordered_map<std::string, std::string> run_of;  // by the digest of a sensor's readings
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
       store.Query("SELECT digest, reading.run, serial, log FROM reading JOIN (SELECT run, serial, "

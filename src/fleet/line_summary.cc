@@ -38,7 +38,7 @@ struct YieldCount {
   }
 };
 
-/// Yield by the value of the tag; empty if no unit has it.
+/// Yield by the value of the tag; empty if no unit has the tag.
 Json CountsByTag(const LineReading& line, const std::string& tag) {
   std::map<std::string, YieldCount> counts;
   for (std::size_t i = 0; i < line.courses.size(); ++i) {
@@ -164,7 +164,7 @@ Json CapabilityOf(const Quantity& quantity, double confidence) {
   return json;
 }
 
-/// Converts indices of the report to names and serial numbers; null: all parameters together.
+/// The report with names (null: all parameters together) and serial numbers instead of indices.
 Json ChartsJson(const line::LineData& measured, const line::ChartReport& report) {
   const auto name_of = [&](int parameter) {
     return parameter < 0 ? Json() : Json(measured.parameters[static_cast<std::size_t>(parameter)]);

@@ -19,7 +19,7 @@ namespace truetriad::fleet {
 /// Error (usage): `tag`, which `flag` states, is not the name of a tag.
 Status CheckIsTag(std::string_view flag, const std::string& tag);
 
-/// Column of `standing`: why a unit is not good, by its run or by a person's decision.
+/// SQL expression on `standing`: why a unit is not good, by its run or by a person's decision.
 inline constexpr std::string_view kReason =
     "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
 
@@ -34,7 +34,7 @@ std::string FromWhere(std::string_view source, const std::string& where);
 struct UnitCourse {
   Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
   std::string first_station = {};  ///< Of its first run.
-  std::string recorded_by = {};    ///< As UnitRun.
+  std::string recorded_by = {};    ///< As UnitRun::recorded_by.
   bool is_conceded = false;        ///< Good by a person's decision, not by its run.
   int attempts = 1;
 
@@ -42,7 +42,7 @@ struct UnitCourse {
   bool IsGood() const { return !IsRed(final_verdict); }
 };
 
-/// The values of a number for all units that have it: a number with limits, or a parameter without.
+/// A quantity with limits, or a parameter without limits: its values for all units that have it.
 struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
   std::string unit;  ///< "m/s^2"; empty: none, or that of the log.
@@ -61,7 +61,7 @@ struct Quantity {
 struct LineReading {
   line::LineData data;                            ///< Each unit by its current run.
   std::vector<UnitCourse> courses;                ///< By data.units.
-  std::map<std::string, int> recordings_at = {};  ///< By station, of the selected runs.
+  std::map<std::string, int> recordings_at = {};  ///< Number of recordings by station.
 
   /// The quantity of a limit by name, or of a parameter by index. Each is built when needed, since
   /// all together take as much memory as the units.
@@ -84,7 +84,7 @@ struct LineReading {
   };
   std::map<std::string, std::vector<Judgement>> judged;  ///< By name.
   std::vector<Limits> limits;                            ///< Each distinct set once.
-  /// Indices of the result of TakeMeasured in data.units, then in `others`.
+  /// The units of TakeMeasured: indices in data.units, or, from its size on, in `others`.
   std::vector<std::uint32_t> measured;
   std::vector<line::UnitRecord> others;
 };
@@ -103,7 +103,7 @@ struct SummaryOptions {
   std::string study = {};
   std::string study_by = "operator";
   std::map<std::string, double> references =
-      {};                      ///< By quantity: the known value of a study's one part.
+      {};                      ///< By quantity: the known value of a study's only part.
   double golden_due_h = 24.0;  ///< Age at which a station's golden check is overdue.
   std::string now = {};        ///< ISO 8601, UTC.
   double confidence = 0.95;
@@ -115,18 +115,18 @@ struct SummaryOptions {
 /// which all views are made. Yield counts a unit at the station of its first run, even if another
 /// station's run is good. Unknown numbers are NaN.
 ///
-/// Error: as ReadUnits; usage: an invalid condition or tag, or a reference for no quantity; not
-/// enough: the runs of `study` do not suffice, with what the first quantity lacks.
+/// Error: as ReadUnits; usage: an invalid condition or tag, or a reference for an unknown quantity;
+/// not enough: too few runs of `study`; the message states what the first quantity lacks.
 Result<Json> Summarise(Store& store, const SummaryOptions& options);
 
-/// The member "study" of that tree. Errors likewise.
+/// The member "study" of the tree of Summarise. Errors as there.
 Result<Json> StudyOf(Store& store, const SummaryOptions& options);
 Json EstimateJson(const line::Estimate& estimate);
 
 /// The summary as text for a terminal.
 std::string SummaryText(const Json& summary);
-/// The same tables for a page without reasons, charts and studies: a list of {heading, header,
-/// alignment ("lrr"), rows, notes}.
+/// The tables of SummaryText, without reasons, charts and studies, for a page: a list of {heading,
+/// header, alignment ("lrr"), rows, notes}.
 Json SummaryTables(const Json& summary);
 /// One line for each quantity and parameter.
 std::string SummaryCsv(const Json& summary);

@@ -18,7 +18,7 @@
 namespace truetriad::fleet {
 namespace {
 
-/// Rows of a table in a terminal; JSON and CSV have all.
+/// At most so many rows of a table are shown in a terminal; JSON and CSV have all rows.
 constexpr std::size_t kMostRows = 12;
 /// A p below this puts an assumption in doubt.
 constexpr double kDoubt = 0.01;
@@ -51,7 +51,7 @@ truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& colum
   for (const Json& item : list) {
     std::vector<std::string>& row = table.rows.emplace_back();
     for (const TextColumn& column : columns) {
-      row.push_back(column.text(item.at(Json::json_pointer(column.place))));  // Or throws its name.
+      row.push_back(column.text(item.at(Json::json_pointer(column.place))));  // Throws if absent.
     }
   }
   return table;
@@ -97,7 +97,7 @@ std::string ShareAndRange(const Json& estimate) {
          " to " + Share(estimate["upper"]) + ")";
 }
 
-/// "9819 ppm"; above one in a hundred "35.9 %".
+/// A share as "9819 ppm", from one in a hundred on as "35.9 %".
 std::string Expected(const Json& value) {
   const double share = Number(value);
   if (std::isnan(share)) return "";
@@ -338,7 +338,7 @@ Section Type1Section(const Trees& quantities, int runs) {
                     }}})};
 }
 
-/// Quantities with limits if there are any: a parameter mostly repeats them.
+/// Shows only quantities with limits if there are any: parameters mostly repeat them.
 Section StudySection(const Json& study) {
   Trees gauges, type1s;
   const Json& quantities = study["quantities"];

@@ -45,7 +45,7 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
                   std::int64_t{about.st_mtim.tv_sec} * kNsPerSecond + about.st_mtim.tv_nsec};
 }
 
-/// The state of several files, which differs after any change of one, even to an earlier time.
+/// The state of several files, which differs after any change of a file, even to an earlier time.
 LogStamp StampOfAll(const std::vector<std::string>& files) {
   LogStamp all;
   std::string states;
@@ -85,7 +85,7 @@ std::optional<std::vector<std::string>> FilesOf(const std::string& manifest) {
     LogStamp stamp;
     std::vector<std::string> files;
   };
-  // A watch looks up each manifest at every look. So many entries take about 50 MB.
+  // A watch looks up each manifest at every look. 100,000 entries take about 50 MB.
   constexpr std::size_t kMostKnown = 100'000;
   static thread_local std::unordered_map<std::string, Known> known;
   const std::optional<LogStamp> stamp = StampOfFile(manifest);
@@ -243,7 +243,7 @@ Recorded RecordedIn(std::int64_t time_ns, std::string_view by) {
 Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kByFile); }
 
 std::optional<Recorded> RecordedOf(const PoseSet& poses) {
-  // 9 September 2001; a clock since power-up would have run for 31.7 years.
+  // 9 September 2001; a clock that counts from power-up would have run for 31.7 years.
   constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
   if (!poses.has_time || poses.start_ns < kLeastNs) return std::nullopt;
   return RecordedIn(poses.start_ns, kByRecording);
@@ -287,7 +287,7 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   DoneLogs done;
   const auto take = [&](const UnitRun& run) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) return;
-    // The log of the other unit may have been removed, as the refusal advises.
+    // A refused copy is not done: the other unit's log may have been removed, as was advised.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) return;
     // Only a time from a list is part of the state: a listed time differs from the log's own.
     const bool is_stated = run.recorded_by == kByList;

@@ -24,21 +24,21 @@ inline constexpr std::string_view kManifestName = "recording.yaml";
 /// Whether `name` ends in `ending`, in upper or lower case.
 bool EndsIn(const std::string& name, std::string_view ending);
 
-/// A normalised absolute path, which is equal for two spellings of a file's name except for links.
+/// The normalised absolute path, equal for all spellings of a file's name. Links are not resolved.
 std::string WholePath(const std::filesystem::path& path);
 /// A path that is the same for all links to a file or folder.
 std::string CanonicalPath(const std::filesystem::path& path);
 
-/// The files that a manifest names, relative to the working directory; unset: it cannot be read. It
-/// is read again only if it has been written since.
+/// The files that a manifest names, relative to the working directory; unset: it cannot be read.
+/// The manifest is read again only if it has been written since.
 std::optional<std::vector<std::string>> FilesOf(const std::string& manifest);
 
 /// Calls `on_log` for every log in a folder and below: each recording.yaml, and each table (*.csv,
-/// *.csv.gz, in upper or lower case) that no recording.yaml names, beside one only if it has
-/// readings. Hidden and temporary files and results (*.truetriad) are skipped. A folder with
-/// several names is entered once, by a link only if there is no other way. `enters` is asked before
-/// each folder, the first included. Files that vanish meanwhile are skipped. Error (bad input): the
-/// first folder that cannot be read, after the logs of all others.
+/// *.csv.gz, in upper or lower case) that no recording.yaml names (beside a recording.yaml only
+/// tables with readings). Hidden and temporary files and results (*.truetriad) are skipped. A
+/// folder with several names is entered once, by a link only if there is no other way. `enters`
+/// decides whether a folder, the first included, is entered. Files that vanish meanwhile are
+/// skipped. Error (bad input): the first folder that cannot be read, after the logs of all others.
 Status ForEachLog(const std::filesystem::path& folder,
                   const std::function<bool(const std::filesystem::path&)>& enters,
                   const std::function<void(const std::filesystem::path&)>& on_log);
@@ -50,9 +50,9 @@ struct LogStamp {
   bool operator==(const LogStamp&) const = default;
 };
 
-/// The state of a log. For a manifest and all files that it names: their total size, and the second
-/// of the latest time, whose lower digits are a digest of all sizes and times. Unset: the file does
-/// not exist.
+/// The state of a log. For a manifest and all files that it names: the total size, and the latest
+/// time in whole seconds, below which a digest of all sizes and times takes the place of the
+/// nanoseconds. Unset: the file does not exist.
 std::optional<LogStamp> StampOf(const std::string& log);
 /// The state of all tables of a folder and its recording.yaml.
 LogStamp StampOfFolder(const std::filesystem::path& folder);
@@ -65,15 +65,15 @@ struct Recorded {
 };
 /// From the time of the file.
 Recorded RecordedOf(const LogStamp& stamp);
-/// From the clock of the recording; unset: it has none, or one that does not count from 1970.
+/// From the clock of the recording; unset: there is no clock, or one that does not count from 1970.
 std::optional<Recorded> RecordedOf(const PoseSet& poses);
 
 /// Whether a process has the file open for writing; false where the system does not report it
 /// (network folders, another user's file).
 bool IsBeingWritten(const std::string& file);
 
-/// The logs that have a run of one experiment and this program, and their state then. Keeps a few
-/// numbers for each log; should two share a number (of 2^64), one is calibrated again.
+/// The logs that have a run of one experiment and this program, and their state at that run. Keeps
+/// a few hashes for each log; should two logs share a hash (of 2^64), one is calibrated again.
 class DoneLogs {
  public:
   /// No logs.
@@ -81,7 +81,7 @@ class DoneLogs {
   /// The logs of the store. Error (bad input): it cannot be read.
   static Result<DoneLogs> In(Store& store, const std::string& config_sha256);
 
-  /// `serial`, `tags`: of its run; `recorded`: the time that a list stated for the log.
+  /// `serial`, `tags`: of the log's run; `recorded`: the time that a list stated for the log.
   void Add(const std::string& log,
            const LogStamp& stamp,
            const std::string& serial,
@@ -121,7 +121,7 @@ Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units);
 Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_pattern);
 
 /// Sets a unit's serial number from its log's name, unless it is known or `pattern` is empty.
-/// Errors (bad input): the name does not match, gives another unit than is known, or is not UTF-8.
+/// Errors (bad input): the name does not match, contradicts a known number, or is not UTF-8.
 Status TakeSerial(const std::string& pattern, UnitOrder* unit);
 
 /// The units of shard `index` of `count`, by a hash of their places, so that the shard of a unit

@@ -152,7 +152,7 @@ class LogWatch : public OrderSource {
 
   bool IsQuiet() const override {
     if (!options_.until_idle_s) return false;
-    // A log seen for the first time is given at the second look after it.
+    // A new log is given at the second look after its arrival.
     constexpr double kLooks = 3.0;
     const Seconds idle = Clock::now() - last_change_;
     return idle.count() > std::max(*options_.until_idle_s, kLooks * wait_.count());
@@ -181,9 +181,9 @@ class LogWatch : public OrderSource {
 
   /// The state of a log at a look.
   struct State {
-    LogStamp stamp;           ///< It must stay the same.
-    bool is_written = false;  ///< A process writes to it or to a file of it.
-    bool lacks_file = false;  ///< A file that it names is missing.
+    LogStamp stamp;           ///< The log is given if this stays the same.
+    bool is_written = false;  ///< A process writes to the log or a file that it names.
+    bool lacks_file = false;  ///< A file that the log names is missing.
   };
 
   /// Whether the path is in the folder `without`.
@@ -235,10 +235,10 @@ class LogWatch : public OrderSource {
   Tell tell_;
   Seconds least_wait_, wait_;                   ///< Between looks.
   std::map<std::string, State> waiting_;        ///< By log, as at the last look.
-  std::map<fs::path, LogStamp> folder_states_;  ///< As at this look.
+  std::map<fs::path, LogStamp> folder_states_;  ///< States of folders at this look.
   std::deque<std::string> ready_;
   std::set<std::string> given_;                               ///< Logs given and not finished.
-  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hashes of both.
+  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< First log of each name; hashes.
   std::unordered_set<std::size_t> table_folders_;  ///< Hashes of folders that gave a table.
   /// Hashes of logs that were run in this watch, and of those that need no run.
   std::unordered_set<std::size_t> finished_, skipped_;

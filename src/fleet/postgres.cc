@@ -88,7 +88,7 @@ std::string FirstLine(std::string_view text) {
   return std::string(text);
 }
 
-/// Temporary errors: the server shuts down, has too many connections, or detected a deadlock.
+/// Whether an SQLSTATE is temporary: a lost connection, a shutdown, too many clients, a deadlock.
 bool IsOfAMoment(std::string_view state) {
   constexpr std::array<std::string_view, 6> kClasses = {
       "08", "57P", "53300", "25P03", "40001", "40P01"};
@@ -123,7 +123,7 @@ std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url)
       return std::nullopt;
     }
     if (value.empty() && name == "connect_timeout" && std::getenv("PGCONNECT_TIMEOUT") == nullptr) {
-      value = "10";  // In s: a silent server is given up.
+      value = "10";  // s; then a silent server is given up.
     }
     if (value.empty() && name == "tcp_user_timeout") value = "30000";  // ms
     if (value.empty() && name == "fallback_application_name") value = "truetriad";
@@ -254,7 +254,7 @@ class PostgresDatabase : public Database {
   }
 
  private:
-  /// Errors of the query itself: syntax and names, features, values, writing.
+  /// Whether an SQLSTATE blames the query itself: syntax and names, features, values, writing.
   static bool IsOfTheQuestion(std::string_view state) {
     return state.starts_with("42") || state.starts_with("0A") || state.starts_with("22") ||
            state.starts_with("25");
@@ -266,7 +266,7 @@ class PostgresDatabase : public Database {
   Status Connect() {
     connection_ = Connection(libpq_.connectdb(options_.c_str()), libpq_.finish);
     if (libpq_.status(connection_.get()) != CONNECTION_OK) return Failed("");
-    // Overrides a laxer setting of the server and keeps a stricter one. Nothing goes to stderr.
+    // Makes commits wait for the disk, if the server is set to less. Nothing goes to stderr.
     return Done(
         "SET client_min_messages TO error; SELECT set_config('synchronous_commit', 'on', false) "
         "WHERE current_setting('synchronous_commit') IN ('off', 'local')");
@@ -284,7 +284,7 @@ class PostgresDatabase : public Database {
     return status;
   }
 
-  /// Executes several statements as one.
+  /// Executes one or several statements without values.
   Status Done(const std::string& sql) {
     TRUETRIAD_RETURN_IF_ERROR(Checked(libpq_.exec(connection_.get(), sql.c_str())));
     return {};
@@ -299,7 +299,8 @@ class PostgresDatabase : public Database {
     return Failed(state == nullptr ? "" : state);
   }
 
-  /// Without a state it is unknown whether the server has executed the statement.
+  /// The connection counts as lost without a `state` (SQLSTATE), too: then it is unknown whether
+  /// the server has executed the statement.
   Error Failed(const std::string& state) {
     const std::string message = FirstLine(libpq_.errorMessage(connection_.get()));
     const bool is_open = libpq_.status(connection_.get()) == CONNECTION_OK;

@@ -22,21 +22,22 @@ namespace {
 ///
 /// `given_up` has the runs of recordings for which a person stated that the serial number was wrong
 /// (`wrong_serial` is 1) and no person stated later that it was right (0); a decision with NULL
-/// changes nothing. They do not count; but if a unit has no others, the last of them is its current
-/// run, as not measured.
+/// changes nothing. Such runs do not count; but if a unit has no others, the last of them is its
+/// current run, with 0 attempts.
 ///
 /// recorded: the time of measurement, ISO 8601, UTC, from recorded_by "list", "recording" or
-/// "file". Runs are ordered by it; those of the same second, and those without it, which come
-/// first, by name, that is by the time of the run.
+/// "file". Runs are ordered by this time; runs of the same second, and runs without a time, which
+/// come first, are ordered by name, that is by the time of the run.
 ///
-/// `standing` has for each unit the current run, chosen once for each unit (the cross join keeps
-/// SQLite from choosing it once for each run): of each recording the newest run, ordered by the
-/// time of measurement in the newest list that states it, else in their first runs; `before` is the
-/// number of recordings before it, `recorded` the time of that order. A unit with one run costs
-/// about ten microseconds, one with 200 runs about ten milliseconds. A concession holds for the
-/// recording of its run and the limits missed there. A refusal holds except for recordings run
-/// later that were measured later by their own clock or a list: a file's time is that of its last
-/// copy. (An export of current runs only may name a run later than the decision.)
+/// `standing` has the current run of each unit, chosen once for each unit (the cross join keeps
+/// SQLite from choosing it once for each run) among the newest runs of its recordings. These are
+/// ordered by time of measurement: that of the newest list that states it, else that of the
+/// recording's first run. `before` is the number of recordings before it, `recorded` this time. A
+/// unit with one run costs about ten microseconds, one with 200 runs about ten milliseconds. A
+/// concession holds for the recording of its run and the limits missed there. A refusal holds,
+/// except for recordings that were first calibrated later and also measured later, by their own
+/// clock or a list: a file's time is that of its last copy. (In an export of current runs only, a
+/// decision may name a run later than itself.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -172,7 +173,7 @@ constexpr std::string_view kSaidOfSerial =
     "measured AS same WHERE its.serial = own.serial AND one.run = its.run AND one.wrong_serial IS "
     "NOT NULL AND same.run = its.run AND same.first_run = own.first_run)";
 
-/// The same within `standing`: whether its recording was given up, as `given_up` but for one unit.
+/// Within `standing`, whether the recording of a run `own` was given up: `given_up` for one unit.
 constexpr std::string_view kIsGivenUp =
     "EXISTS (SELECT 1 FROM disposition AS said WHERE said.wrong_serial = 1 AND said.disposition = "
     "{said_of_serial})";
@@ -212,7 +213,7 @@ std::vector<Value> ValuesOf(const Thing& thing, std::vector<Value> values = {}) 
   return values;
 }
 
-/// One row for each item, numbered from 1, after the name of the run.
+/// One row for each item: the name of the run, the number of the item from 1, and its fields.
 template <typename Items>
 TableRows RowsOfItems(std::string_view table, const UnitRun& run, const Items& items) {
   TableRows rows{table, {}};
@@ -287,7 +288,7 @@ std::string TableSql(std::string_view name, const std::string& columns, std::str
 
 constexpr std::string_view kOfRun = "FOREIGN KEY (run) REFERENCES run (run), ";
 
-/// The table of a run's items.
+/// The statement that creates a table of runs' items.
 std::string PartSql(std::string_view name, const std::string& columns) {
   return TableSql(name,
                   "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + columns,

@@ -93,7 +93,7 @@ class RunTable {
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
-      if (found == places_.end()) continue;  // Of a run added since.
+      if (found == places_.end()) continue;  // It is of a run added since.
       row[found->second] = parameter.value;
       row[found->second + 1] = parameter.sigma;
     }
@@ -207,7 +207,7 @@ Result<std::size_t> ExportJsonLines(Store& store,
     counts.runs = runs;
     return EndLine(counts);
   };
-  // An earlier export of this store may be replaced, but not a shard's file, which names it, too.
+  // An export of this store may be replaced, but not a file of a shard, which also names the store.
   const std::optional<StoreHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
   return WriteRuns(store, which, path, head, lines_of, end_of, is_export);

@@ -20,7 +20,7 @@ namespace truetriad::fleet {
 namespace {
 
 constexpr int kApplicationId = 0x74726674;  // "trft", the identity of this program's files.
-constexpr int kPatienceMs = 30'000;         // Waits so long for another writer.
+constexpr int kPatienceMs = 30'000;         // Longest wait for another writer.
 
 static_assert(std::endian::native == std::endian::little);
 
@@ -51,7 +51,7 @@ class SqliteDatabase : public Database {
  public:
   explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
 
-  /// For writing, it also creates the tables. `is_passing`: in a temporary file of SQLite.
+  /// Opens the file; for writing, also creates tables. `is_passing`: a temporary file of SQLite.
   Status Open(Access access, bool is_passing = false) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
@@ -75,7 +75,7 @@ class SqliteDatabase : public Database {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA journal_mode = WAL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA synchronous = FULL"));
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA foreign_keys = ON"));
-      // The first process creates them; the others wait for it and then find them.
+      // The first process creates the tables; the others wait for it and then find them.
       TRUETRIAD_RETURN_IF_ERROR(Transact(access, [&] { return MakeTables(); }));
     }
     return {};
@@ -150,7 +150,7 @@ class SqliteDatabase : public Database {
         for (const std::string_view tag : TagNames()) known.push_back(tag);
       }
       const std::string_view word = complaint.substr(beginning.size());
-      // `one.serial`: only the column. npos + 1 is 0 if there is no dot.
+      // Of `one.serial` only the column; without a dot, npos + 1 is 0.
       const std::string near = DidYouMean(word.substr(word.rfind('.') + 1), known);
       return near.empty() ? "; docs/fleet.md has the tables and their columns" : near;
     }

@@ -94,12 +94,12 @@ Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
                    "`; measure it again, or decide `FAIL`");
 }
 
-/// Items of runs, one row each after their run's name, and the fields that they fill.
+/// A table of runs' items, one row each after the run's name, and the fields that they fill.
 struct Part {
   std::string columns;
   std::string_view table, order;
   void (*take)(std::span<const Cell> row, UnitRun* run);
-  bool is_of_whole = false;  ///< RunSelection::is_whole.
+  bool is_of_whole = false;  ///< Read only if RunSelection::is_whole.
 };
 
 template <typename Thing, std::vector<Thing> UnitRun::*kList>
@@ -158,7 +158,7 @@ std::string SourceOf(const RunSelection& which) {
   return FromWhere(source, which.where);
 }
 
-/// The fields of a run that queries need for a file of runs.
+/// The run with only the fields that queries for a file of runs need.
 UnitRun Known(UnitRun run) {
   run.parameters.clear(), run.covariance.clear(), run.findings.clear(), run.judgements.clear();
   return run;
@@ -217,7 +217,7 @@ Result<std::int64_t> Store::Insert(const TableRows& rows) {
 Status Store::InsertRun(const UnitRun& run) {
   for (const TableRows& rows : RowsOf(run)) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t inserted, Insert(rows));
-    // It exists already, with all of its parts.
+    // The run exists already, with all of its parts.
     if (rows.table == kRunTable && inserted == 0) return {};
   }
   return {};
@@ -271,8 +271,8 @@ Result<bool> Store::Has(const std::string& run) {
 }
 
 Status Store::ForEachLastRun(const std::function<void(const UnitRun&)>& take) {
-  // Reads the logs after $1 in batches, since a million need not be in memory at once. One row for
-  // each tag of a run, or one row without tags.
+  // Reads logs in batches, each after the log $1, since a million need not be in memory at once. A
+  // run has a row for each of its tags, or one row without tags.
   const std::string last_runs =
       "SELECT " + RunColumns(false, "last") +
       ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
@@ -477,7 +477,7 @@ Status Store::CheckReadings(const Disposition& disposition) {
   if (disposition.GivesUp()) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string given_up,
                              Text("SELECT run FROM given_up WHERE run = $1", {disposition.run}));
-  // A refusal for another reason does not take the readings back.
+  // A refusal takes the readings back only if it states that the serial number was right.
   const bool takes_back = disposition.wrong_serial.has_value();
   if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
   // The run itself may have been refused before its readings were read.

@@ -63,7 +63,7 @@ using StoreFacts = std::map<std::string, std::string, std::less<>>;
 struct Table {
   std::vector<std::string> columns;
   std::vector<bool> are_numbers;  ///< By column: every value is a number.
-  std::vector<bool> are_bytes;    ///< By column: every value is digits of bytes.
+  std::vector<bool> are_bytes;    ///< By column: every value is bytes as hexadecimal digits.
   std::vector<std::vector<Cell>> rows;
 };
 
@@ -85,15 +85,15 @@ struct RunSelection {
 };
 
 /// A person's decision about a unit, whatever the verdict of its run. It holds until a later
-/// decision, or until a later run of another recording counts, which for a refusal must be measured
-/// after it.
+/// decision, or until a later run of another recording counts; after a refusal, that recording must
+/// have been measured later.
 struct Disposition {
-  std::string id;       ///< NewRunId; the greatest of a unit is its last.
+  std::string id;       ///< NewRunId; a unit's greatest is its last decision.
   std::string serial;   ///< Of the unit.
   std::string created;  ///< ISO 8601, UTC.
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
-  std::string run = {};              ///< The current run, or another unit's.
+  std::string run = {};              ///< The current run, or another one of the unit.
   /// Whether the recording of the run belongs to another unit because its serial number was wrong;
   /// false: it is the unit's own after all; unset: an earlier statement stays valid.
   std::optional<bool> wrong_serial = {};
@@ -114,10 +114,11 @@ struct StationCheck {
   std::string station;
   std::string serial;   ///< Of the golden unit.
   std::string created;  ///< ISO 8601, UTC.
-  /// Likewise; by the recording's clock or the file's time. The age of a check counts from it.
+  /// Time of measurement, likewise, by the recording's clock or the file's time. The age of a check
+  /// counts from it.
   std::string recorded;
   bool agrees = false;
-  /// For all differences together, and the largest difference in sigma; NaN: unknown.
+  /// The p of all differences together, and the largest difference in sigma; NaN: unknown.
   double p = std::numeric_limits<double>::quiet_NaN();
   double largest = std::numeric_limits<double>::quiet_NaN();
   std::string parameter;  ///< The one with the largest difference.
@@ -139,7 +140,7 @@ GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s);
 
 /// The decisions and checks of a store.
 struct Decisions {
-  std::vector<Disposition> dispositions;  ///< In their order.
+  std::vector<Disposition> dispositions;  ///< In the order of their ids.
   std::vector<StationCheck> checks;       ///< Likewise.
 };
 
@@ -147,14 +148,14 @@ struct Decisions {
 /// sensors' readings.
 std::string RecordingOf(const std::vector<SensorReadings>& readings);
 
-/// The rule for the current one of a unit's runs.
+/// The rule by which one of a unit's runs is its current run.
 enum class RetestCounts { kLast, kFirst, kBest };
 std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "best".
 std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
 
 struct RetestPolicy {
-  /// Among the admitted runs; kBest takes the last run with the best verdict, in the order of its
-  /// enumeration.
+  /// Applies to the runs that `most` admits; kBest takes the last run with the best verdict, in the
+  /// order of the enumeration Verdict.
   RetestCounts counts = RetestCounts::kLast;
   /// The number of recordings after the first whose runs may count, 0 to a million; unset: all.
   std::optional<std::int64_t> most;
@@ -162,7 +163,7 @@ struct RetestPolicy {
   bool operator==(const RetestPolicy&) const = default;
 };
 
-/// "best, 2 more".
+/// The policy in words: "best, 2 more".
 std::string PolicyText(const RetestPolicy& policy);
 
 /// A store's statements about itself.
@@ -244,7 +245,7 @@ class Store {
   Result<std::vector<StationCheck>> StationChecks();
   Result<std::vector<StationCheck>> LastStationChecks(const std::string& station);
   Result<Decisions> ReadDecisions();
-  /// Adds those of another store, whose runs are all here; existing ones are not added again.
+  /// Adds decisions and checks of another store, whose runs are all here; existing ones stay.
   Status AddDecisions(const Decisions& decisions);
   /// Marks a file of runs as complete until more is added.
   Status MarkEnd();
@@ -261,7 +262,7 @@ class Store {
   /// memory does not grow with their number. Errors also: those of `take`; (usage) an invalid
   /// condition.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// The existing ones of these runs, complete.
+  /// Those of `runs` that exist, complete.
   Result<std::vector<UnitRun>> ReadRuns(const std::vector<std::string>& runs);
   /// Does all of `work`, which uses this store, or nothing of it, also if it throws. It may be
   /// called several times, since a lost connection is reopened.
@@ -269,7 +270,7 @@ class Store {
 
  private:
   explicit Store(std::unique_ptr<Database> database);
-  /// All facts after adding `stated`: together, or none if the first of them exists.
+  /// Adds the facts `stated`, or none if the first of them exists, and returns all facts.
   Result<StoreFacts> StateFacts(
       const std::vector<std::pair<std::string_view, std::string>>& stated);
   /// Inserts the rows of a run unless it exists. In a transaction.
@@ -278,8 +279,8 @@ class Store {
   Status CheckReadings(const Disposition& disposition);
   /// Error (usage): the run is not the unit's, or cannot be conceded while `counting` counts.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
-  /// The run of the unit's only recording with a result that was given up, or was not; empty if
-  /// there is none. Error (usage): there are several.
+  /// The run of the unit's only recording with a result that was given up (`is_given_up`) or was
+  /// not; empty if there is none. Error (usage): there are several.
   Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
   /// Inserts rows and returns the number of new ones. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
@@ -287,7 +288,7 @@ class Store {
   Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
   /// Returns the rows of a query.
   Result<Table> Asked(std::string_view sql, const std::vector<Value>& values = {});
-  /// Returns its first field; empty if there is none.
+  /// Returns the first field of a query; empty if there is none.
   Result<std::string> Text(std::string_view sql, const std::vector<Value>& values = {});
   /// The runs for which `condition` is true.
   Result<std::vector<UnitRun>> RunsWhere(const std::string& condition,
@@ -310,7 +311,7 @@ class Store {
 /// `url` without its password, for messages and files.
 std::string ShownStore(const std::string& url);
 
-/// The name of a store wherever it is seen from: for a file its absolute path.
+/// The name of a store from any working directory: for a file its absolute path.
 std::string NameOfStore(const std::string& url);
 
 /// Opens or creates a store: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
@@ -324,8 +325,8 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 /// either.
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
-/// Error (bad input): it is not a regular file, since a pipe would never end; for reading, it does
-/// not exist; for writing, its folder cannot be created.
+/// Error (bad input): the path is not a regular file, since a pipe would never end; for reading, it
+/// does not exist; for writing, its folder cannot be created.
 Status CheckStoreFile(const std::string& path, Access access);
 
 /// The file of a store; unset: a server keeps it.

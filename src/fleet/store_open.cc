@@ -141,7 +141,7 @@ Status CheckDisposition(const Disposition& disposition) {
 }
 
 GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s) {
-  // The clocks of two machines may differ by so much.
+  // Tolerated difference between the clocks of two machines, s.
   constexpr double kClocksDifferS = 60.0;
   if (!last.agrees) return GoldenState::kDisagrees;
   // With an unknown time the age is NaN, so the check is overdue.
@@ -167,7 +167,7 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url) {
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url) {
   TRUETRIAD_RETURN_IF_ERROR(CheckStoreUrl(url));
   if (const std::optional<std::string> file = FileOfStore(url)) {
-    // SQLite's other files belong to it.
+    // SQLite's other files belong to the store.
     for (const char* const ending : {"", "-wal", "-shm", "-journal"}) {
       InputGuard::Add(*file + ending);
     }
@@ -254,7 +254,7 @@ bool HasForm(std::string_view text, std::string_view form) {
 
 Error Wrong(const std::string& what) { return Error(ErrorCode::kWrongFormat, what); }
 
-/// A text with any contents, for messages.
+/// A text with any contents, quoted and shortened, for messages.
 std::string InWords(std::string_view text) {
   constexpr std::size_t kMost = 60;  // Chosen: fits on a line.
   return Json(std::string(text.substr(0, kMost)))
@@ -276,7 +276,7 @@ Status CheckTime(const std::string& time, const std::string& name = "created") {
   return Wrong(name + " is " + InWords(time) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
-/// Error: only one of the time of measurement and its source is stated.
+/// Error: the time of measurement or its source is invalid or, unlike the other, not stated.
 Status CheckRecorded(const UnitRun& run) {
   if (run.recorded.empty() && run.recorded_by.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.recorded, "recorded"));

@@ -40,7 +40,7 @@ Error CannotWrite(const std::string& path) {
       ErrorCode::kCannotWrite, {path}, std::string("cannot be written: ") + std::strerror(errno));
 }
 
-/// The folder has the mark, or was created but not marked yet.
+/// Whether the folder has the mark of an unfinished one, or was created but not marked yet.
 bool IsUnfinished(const fs::path& folder) {
   std::error_code failure;
   return fs::exists(folder / kUnfinished, failure) || fs::is_empty(folder, failure);
@@ -53,7 +53,7 @@ std::optional<std::string> StoreOf(const fs::path& folder) {
   return store.empty() ? std::nullopt : std::optional(std::move(store));
 }
 
-/// Unfinished folders of runs in units' folders that have changed since `since`.
+/// Unfinished folders of runs, in those units' folders that have changed since `since`.
 std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
   std::vector<fs::path> found;
   std::error_code failure, vanished;
@@ -71,7 +71,7 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes the folders whose runs for that store are not in it. False: the store fails.
+/// Removes folders of runs for `store` (named `name`) that the store lacks. False: the store fails.
 bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
@@ -83,7 +83,7 @@ bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::str
     }
     RemoveFolder(folder.string());
     std::error_code ignored;
-    // A worker may have written there meanwhile; the next sweep removes that.
+    // A worker may have written there meanwhile; the next sweep removes those files.
     if (fs::exists(folder, ignored)) static_cast<void>(BeginFolder(folder.string(), name));
     fs::remove(folder.parent_path(), ignored);  // Fails if it holds other runs.
   }
@@ -245,9 +245,9 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
   return decisions;
 }
 
-/// Makes the files of a run agree and returns the withdrawn exports. Exports go first and
-/// calibration.yaml last: if the process is killed between, a unit is blocked rather than released,
-/// and the next call does the rest.
+/// Makes the files of a run agree with `unit` and returns the withdrawn exports. Exports go first
+/// and calibration.yaml last: if the process is killed between, a unit is blocked rather than
+/// released, and the next call does the rest.
 Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& unit, bool counts) {
   std::vector<std::string> withdrawn;
   // For a symbolic link the target is changed.
@@ -307,7 +307,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
-  // A single current run states its verdict itself. The current run may have no files.
+  // If only the current run has files, they state its verdict already.
   if (folders.size() == 1 && folders.front().id == unit->run && unit->disposed_by.empty()) {
     return agreement;
   }
@@ -325,7 +325,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       agreement.withdrawn.insert(agreement.withdrawn.end(), withdrawn->begin(), withdrawn->end());
       continue;
     }
-    // Without a result there is nothing to deliver.
+    // A run without a result has nothing to deliver.
     const bool could_leave = one.verdict != Verdict::kNoResult;
     const bool is_red = IsRed(holds.final_verdict), is_decided = !holds.disposed_by.empty();
     if (is_red ? !could_leave || !(is_decided || !counts) : !(is_decided && counts)) continue;
@@ -364,7 +364,7 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   const bool is_refused =
       !held.decisions.empty() && held.decisions.back().verdict == Verdict::kFail;
   if (is_refused || calibration.decisions.empty()) return held;
-  // A store into which this one was collected may have later decisions.
+  // The files may have later decisions of a store into which this one was collected.
   const Decision& last = calibration.decisions.back();
   bool is_of_another =
       counts && ((*unit)->disposed_by.empty() || last.created > (*unit)->disposed_at);

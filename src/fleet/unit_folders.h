@@ -15,7 +15,7 @@ namespace truetriad::fleet {
 /// Creates the folder of a run's files, marked as unfinished and with the `store` that the run goes
 /// into (WorkPlan::StoreMark). Error (bad input): it cannot be created.
 Status BeginFolder(const std::string& folder, const std::string& store);
-/// Removes the folder and its files, the mark of an unfinished one last, so that an interrupted
+/// Removes the folder and its files, the mark of an unfinished folder last, so that an interrupted
 /// removal leaves a folder that still counts as unfinished.
 void RemoveFolder(const std::string& folder);
 /// Removes the mark once the run is in the store. Does nothing without a folder.
@@ -33,9 +33,9 @@ Status RenameFolder(const std::string& name, std::string* folder);
 class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with other processes. A process that is alone
-  /// there first removes the unfinished folders changed since the last time, of runs for `store`
-  /// (named `name`, WorkPlan::StoreMark) that are not in it. Error (bad input): it cannot be
-  /// written to.
+  /// there first removes the unfinished folders, if changed since the last time, of runs for
+  /// `store` (named `name`, WorkPlan::StoreMark) that the store lacks. Error (bad input): it cannot
+  /// be written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
   /// Exclusive lock for a process that skips finished units, since two at once would do them twice:
   /// on `folder`, or one shard's part of it. Error (bad input): another process has it.
@@ -67,7 +67,7 @@ struct Agreement {
   std::vector<std::string> withdrawn;  ///< Exports, by their new names (WithdrawExports).
   std::vector<Unreached> unreached;    ///< Runs whose files still differ.
 
-  /// The unit may not be delivered, but some of its calibrations do not state it.
+  /// The unit may not be delivered, but some of its calibrations do not state this.
   bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
   /// Sentences for the user.
   std::vector<std::string> Notes(const std::string& serial) const;
@@ -75,9 +75,9 @@ struct Agreement {
 
 /// Makes the calibration of each of a unit's runs state the store's decisions: a refusal in all of
 /// them, a concession in the current run; if the current run is not good, the others state that the
-/// unit is not. Exports that disagree are withdrawn. May be repeated, also by several processes at
-/// once. Folders are found by FolderOf. Does nothing if the store knows no standings. Error (bad
-/// input): the store cannot be queried.
+/// unit is not good. Exports that disagree are withdrawn. May be repeated, also by several
+/// processes at once. Folders are found by FolderOf. Does nothing if the store knows no standings.
+/// Error (bad input): the store cannot be queried.
 Result<Agreement> AgreeFolders(Store& store,
                                const std::string& serial,
                                const std::filesystem::path& units);

@@ -74,7 +74,7 @@ bool IsList(const fs::path& path) {
   while (NextLine(&file, &line) && (line.empty() || line.starts_with('#'))) {
   }
   const std::vector<std::string> header = FieldsOf(line).texts;
-  // A misspelled `log` makes it a list with an error rather than a log.
+  // A CSV with a misspelled `log` is a list with an error rather than a log.
   return std::any_of(header.begin(), header.end(), [](const std::string& field) {
     std::string word;
     for (const char c : field) {
@@ -183,7 +183,7 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
   std::vector<std::string> header;
   const std::size_t before = units->size();
   FilePlace place{path.string()};
-  std::string missing;  // The first one, and its place.
+  std::string missing;  // The first missing log, and its place.
   FilePlace missing_place;
   std::size_t missing_count = 0;
   for (std::string line; NextLine(&file, &line);) {
@@ -297,7 +297,7 @@ std::optional<std::string> SerialIn(std::string_view name, std::string_view patt
   return std::nullopt;
 }
 
-/// Error (usage): the experiment of `plan` states a serial number, which units `whose` would get.
+/// Error (usage): the experiment of `plan` states a serial number, which `whose` would all get.
 Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
   if (experiment.serial.empty()) return {};
@@ -310,7 +310,7 @@ Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
           .About("device.serial"));
 }
 
-/// Marks names that several logs share, which cannot be serial numbers.
+/// Marks units whose name several logs share, so that it cannot be a serial number.
 void MarkSharedNames(std::vector<UnitOrder>* units) {
   std::map<std::string, int> counts;
   for (const UnitOrder& unit : *units) {

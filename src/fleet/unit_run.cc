@@ -32,7 +32,7 @@ std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
     one.components.clear();
     if (check.components.empty()) list.push_back(one);
     for (const LimitComponent& own : check.components) {
-      // As in the check: a name that includes its component does not repeat it.
+      // As in the check, `component` is empty if the name includes it.
       one.component = check.component.empty() ? "" : own.component;
       one.worst = own.value, one.sigma = own.sigma, one.outside = own.outside, one.pass = own.pass;
       list.push_back(one);

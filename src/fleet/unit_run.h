@@ -21,7 +21,7 @@
 
 namespace truetriad::fleet {
 
-/// Whether the unit needs attention.
+/// Whether a unit with this verdict needs attention.
 inline bool IsRed(Verdict verdict) {
   return verdict == Verdict::kFail || verdict == Verdict::kNoResult;
 }
@@ -31,7 +31,7 @@ struct RunCode {
   std::string_view name;  ///< "limit:NAME" stands for all names.
   std::string_view meaning, remedy, operator_remedy;
 };
-/// The worker crashed, or exceeded its time or memory; or the limit that is missed.
+/// Codes for a worker that crashed or exceeded its time or memory; kLimit precedes a missed limit.
 inline constexpr char kCrashed[] = "crashed", kTimeLimit[] = "time-limit",
                       kMemoryLimit[] = "memory-limit", kLimit[] = "limit:";
 inline constexpr std::array<RunCode, 4> kRunCodes = {
@@ -51,19 +51,19 @@ struct Parameter {
 
 /// The result of all runs of a unit.
 struct Standing {
-  std::string run;  ///< The current run, by which it counts.
+  std::string run;  ///< The current run, by which the unit counts.
   Verdict first_verdict = Verdict::kNoResult;
   Verdict final_verdict = Verdict::kNoResult;  ///< By that run, or by a person.
   std::int64_t attempts = 0;                   ///< Recordings, each once.
   std::optional<std::int64_t> most = {};       ///< RetestPolicy::most.
   /// Who decided the final verdict, why and when; empty: nobody.
   std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
-  /// Another run, of another log, measured according to the statements in the same second as the
-  /// current one; empty: none. With the log of the current run and the time of its recording.
+  /// tied_with: a run of another log, stated to be measured in the same second as the current run;
+  /// empty: none. log, recorded, recorded_by: of the current run.
   std::string tied_with = {}, log = {}, recorded = {}, recorded_by = {};
 };
 
-/// Why a unit is good or not, whatever another of its runs states.
+/// A unit's final verdict in words, with the run or the person that decides it.
 std::string ReasonOf(const Standing& unit);
 
 /// The sources for the time of measurement, by priority: the list, the recording's own times, or
@@ -75,7 +75,7 @@ inline constexpr std::array kRecordedBy = {kByList, kByRecording, kByFile};
 struct UnitRun {
   std::string id;                                   ///< NewRunId.
   std::string serial;                               ///< Of the unit.
-  std::string log;                                  ///< As it was named.
+  std::string log;                                  ///< Path of the log as it was named.
   std::int64_t log_bytes = 0, log_modified_ns = 0;  ///< State of that file when read.
   std::string created;                              ///< ISO 8601, UTC.
   /// The time of measurement, likewise, and its source; empty: unknown.
@@ -89,7 +89,7 @@ struct UnitRun {
   std::string message;  ///< The reason in words.
   std::string mode;     ///< "poses", "motion", "sweep"; empty without a calibration.
   Tags tags;
-  double wall_s = 0.0, cpu_s = 0.0;  ///< Used by the worker.
+  double wall_s = 0.0, cpu_s = 0.0;  ///< Time used by the worker, s.
   double effective_dof = 0.0;        ///< Degrees of freedom of sigma; 0: many.
   /// Mean over the recording; NaN: unknown.
   double temperature_degc = std::numeric_limits<double>::quiet_NaN();
@@ -103,7 +103,7 @@ struct UnitRun {
   std::optional<Standing> standing = {};
 };
 
-/// A unique name, greater than earlier ones while the clock does not go back:
+/// A unique name of a run, greater than earlier ones while the clock does not go back.
 std::string NewRunId();
 /// The same, greater than `id` whatever the clock says.
 std::string NewRunIdAfter(const std::string& id);

@@ -66,7 +66,7 @@ Error OtherDevice(const UnitOrder& order, const Error& error) {
                    (*log)->info().serial + "`; correct the one that is wrong");
 }
 
-/// The experiment of a unit, and the poses read from its log if none was stated.
+/// The experiment of a unit, and the poses read from its log if no experiment was stated.
 struct UnitTask {
   Experiment experiment;
   std::optional<LoadedPoses> loaded;
@@ -94,7 +94,7 @@ Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   return task;
 }
 
-/// Writes the files of a calibration; one that is not usable states why. All or an error.
+/// Writes all files of a calibration, which states why if it is not usable, or returns an error.
 Status WriteFiles(const WorkPlan& plan,
                   const Calibration& calibration,
                   const PoseSet& poses,
@@ -116,7 +116,7 @@ Status WriteFiles(const WorkPlan& plan,
   return WriteResult(folder, calibration, report);
 }
 
-/// Error: the recording states another station than the order, by which the check of a wrong
+/// Error: the recording states another station than the order, so that the check of the wrong
 /// station's golden unit would count.
 Status AgreeOnStation(const UnitRun& run) {
   if (!IsManifest(run.log)) return {};
@@ -240,7 +240,7 @@ Result<std::string> ConfigSha256(const WorkPlan& plan) {
 std::string SerialOfName(const std::string& log) {
   fs::path path = fs::absolute(log).lexically_normal();
   if (path.filename() == kManifestName) return path.parent_path().filename().string();
-  // A compressed log is the log of the same unit.
+  // The name of a compressed log is that of the log without .gz.
   if (EndsIn(path.filename().string(), ".gz")) path = path.stem();
   return path.stem().string();
 }
@@ -281,7 +281,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
     const Status status = Calibrate(plan, order, &run);
     if (!status) Fill(status.error(), &run);
   } catch (const std::bad_alloc&) {
-    run.verdict = Verdict::kNoResult;  // Writing its files may be what exceeded the memory.
+    run.verdict = Verdict::kNoResult;  // Is set already if writing files exceeded the memory.
     run.code = kMemoryLimit;
     run.message = order.log + ": needs more memory than a unit may have";
   } catch (const std::exception& failure) {

@@ -34,7 +34,7 @@ struct WorkPlan {
   /// Of the store for the runs: StoreHeader::store and NameOfStore.
   std::string store_identity, store_name;
   std::string shard;              ///< UnitRun::shard.
-  std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: any.
+  std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: no limit.
 
   /// The identity of that store: a copy of a store's file has the same store_identity, but its own
   /// runs.
@@ -52,8 +52,8 @@ struct UnitOrder {
   Tags tags = {};                ///< Stated for this unit alone.
   std::string recorded = {};     ///< Time of measurement, as UnitRun; empty: not listed.
   std::string run = {};          ///< UnitRun::id, in the order of the list.
-  bool shares_name = false;      ///< Another log's file has the same name, which so is no serial.
-  /// By it shards are assigned: the log's position in the named folder or list, independent of
+  bool shares_name = false;      ///< Another log has the same file name, which gives no serial.
+  /// Shards are assigned by it: the log's position in the named folder or list, independent of
   /// spelling and mount point. Not for workers.
   std::string place = {};
 };
@@ -61,14 +61,14 @@ struct UnitOrder {
 /// The serial number that the name of a log's file implies; for a recording.yaml its folder's name.
 std::string SerialOfName(const std::string& log);
 
-/// Reads the experiment. Error (bad input, usage): as ReadExperiment, or no such format.
+/// Reads the experiment. Error (bad input, usage): as ReadExperiment, or an unknown format.
 Result<WorkPlan> PlanWork(const std::string& config,
                           std::vector<std::string> overrides,
                           std::vector<std::string> formats);
 
-/// The plan's settings for every unit. Without an experiment they are its overrides: serial number
-/// and tags for any sensors. Error (bad input, usage): as ReadExperiment; without an experiment, an
-/// error for any sensors.
+/// The plan's settings for every unit. Without an experiment they are the overrides (serial number,
+/// tags), read for the first set of sensors for which they are valid. Error (bad input, usage): as
+/// ReadExperiment; without an experiment: they are valid for no set.
 Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 
 /// Digest of a plan without its tags, independent of its spelling: equal digests mean equal
@@ -76,7 +76,7 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
 /// The data of a run that are known before calibration: log, its size and time, serial, tags (a
-/// recording.yaml's as stated, even if wrong), identity.
+/// recording.yaml's as stated, even if wrong), id, shard.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
 /// Calibrates one unit and writes its files; any failure is in the run. `before` is called first
@@ -85,7 +85,7 @@ UnitRun Work(const WorkPlan& plan,
              const UnitOrder& order,
              void (*before)(const UnitOrder& order) = nullptr);
 
-/// `text` with %XX for each byte that is neither letter, digit nor `plain`.
+/// `text` with %XX for each byte that is neither a letter, a digit nor in `plain`.
 std::string PercentEncoded(std::string_view text, std::string_view plain);
 
 /// `serial` as a folder name: bytes other than letters, digits, `-`, `_` and inner `.` become %XX,

@@ -56,7 +56,7 @@ std::optional<std::string> NextLine(std::FILE* file) {
 
 /// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log's name
 /// contains PART; hang, memory, and grow (to half of the memory limit) likewise. Commas separate
-/// several.
+/// several faults.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
@@ -128,7 +128,7 @@ struct WorkerPool::Worker {
   int stream = -1;
   std::string text;  ///< Incomplete line that was read.
   std::optional<UnitOrder> order;
-  std::optional<LogStamp> stamp;  ///< State of its log when given.
+  std::optional<LogStamp> stamp;  ///< State of the order's log when given.
   int units = 0;                  ///< Number of finished units.
   Clock::time_point since;
 };
@@ -220,7 +220,7 @@ Status WorkerPool::Give(UnitOrder order) {
 }
 
 bool WorkerPool::HasGrown(const Worker& worker) const {
-  // The program and the leftovers of a first unit do not count as growth.
+  // After fewer units, memory of the program and of first units does not count as growth.
   constexpr int kFewUnits = 10;
   if (worker.process == 0 || worker.units < kFewUnits) return false;
   std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
@@ -231,7 +231,7 @@ bool WorkerPool::HasGrown(const Worker& worker) const {
 
 UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
-  // The log's state when given, so that later changes are calibrated, too.
+  // The state of the log when given, so that a log that changed later is calibrated again.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.code = code;
@@ -283,7 +283,7 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
     if ((streams[i].revents & (POLLIN | POLLHUP | POLLERR)) != 0) {
       TRUETRIAD_ASSIGN_OR_RETURN(std::optional<UnitRun> run, Take(worker));
       if (!run) continue;
-      // A new process has its whole memory again.
+      // A new process has its whole memory limit again.
       if (run->code == kMemoryLimit || HasGrown(*worker)) End(worker);
       runs.push_back(std::move(*run));
     } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=

@@ -21,7 +21,7 @@
 //              gyroscope       y - [P(T) - P(CALTEMP)] - OFFS               rad/s
 //              compass        D s (y + OFS), D symmetric, s = SCALE         milligauss
 //
-// and in ArduPilot up to 3.2 SCAL o y - OFFS of a reading in the vehicle's axes.
+// and for the accelerometer in ArduPilot up to 3.2 SCAL o y - OFFS, y in the vehicle's axes.
 //
 //   P(T) = scale (X0 + X1 d + X2 d^2 + X3 d^3),  d = clamp(T, TMIN, TMAX) - centre
 //
@@ -34,7 +34,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kFirmwareOrder = 3;                // Of P(T) above.
+constexpr std::size_t kFirmwareOrder = 3;                // Degree of P(T) above.
 constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre and scale of P(T).
 // ArduPilot stores this in CALTEMP before it has calibrated a sensor.
 constexpr float kNoCalibrationTemperature = -300.0F;
@@ -48,7 +48,7 @@ struct SensorNames {
   std::string enable = {};     ///< 1: the temperature terms are in use.
   std::string reference = {};  ///< TREF, or CALTEMP.
   std::string term = {};
-  std::string_view scale = {};  ///< Of a compass.
+  std::string_view scale = {};  ///< SCALE of a compass.
 };
 
 struct Autopilot {
@@ -115,8 +115,8 @@ const Autopilot& ArduPilot() {
   return autopilot;
 }
 
-/// `slot`, if the autopilot has such a set of parameters; `id` is the pattern of its
-/// identification. Errors: none is free (bad input), there is no such set (usage).
+/// `slot`, if the autopilot has a parameter set of that number; `id` is the pattern of the set's
+/// identification parameter. Errors: no set is free (bad input), there is no such set (usage).
 Result<int> SlotOf(const Autopilot& autopilot,
                    Triad triad,
                    std::string_view id,
@@ -197,7 +197,7 @@ void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) 
   const auto warn = [&](bool is_so, const std::string& what) {
     if (is_so) request.warnings.push_back(std::string(TriadName(names.triad)) + ": " + what);
   };
-  // Limits of the sources named above: PX4 ignores smaller offsets and rejects other scales.
+  // Of the sources named above: PX4 ignores smaller offsets and rejects scales outside the limits.
   constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
   warn(!has_id,
        "without --id, PX4 uses these values only if " + Expanded(names.id, slot) +
@@ -280,7 +280,7 @@ void WriteTerms(bool is_px4,
                 const SensorNames& names,
                 const ThermalTerms& thermal,
                 ParameterText* out) {
-  // The constant is in the offset, as in the autopilots' own calibrations.
+  // The constant term is part of the offset, as in the autopilots' own calibrations.
   std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
   terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
   terms.resize(kFirmwareOrder + 1, Eigen::Vector3d::Zero());
@@ -296,8 +296,8 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
   out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
-/// Disables old temperature terms, which would correct a sensor twice: those of a PX4 sensor
-/// without terms lose its number; an ArduPilot IMU's become zero at CALTEMP or are switched off.
+/// Writes temperature terms, or disables old ones, which would correct a sensor twice: those of a
+/// PX4 sensor without terms lose its number; an ArduPilot IMU's become zero or are switched off.
 Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
@@ -395,7 +395,7 @@ Result<Files> WriteParameters(const Autopilot& autopilot, const WriteRequest& re
 /// The named numbers of an autopilot's parameter file, as firmware stores them.
 struct ParameterList {
   std::map<std::string, float> values;
-  /// The identifications, exactly, of integers other than 0, which means no sensor.
+  /// Whole numbers other than 0, exactly; as an identification 0 means no sensor.
   std::map<std::string, std::int64_t> ids;
   std::map<std::string, Eigen::Vector3d> turns_deg;  ///< Angles in comments (kInAxesTurnedBy).
 
@@ -546,7 +546,7 @@ class SensorParameters {
 
  private:
   void AddThermal(bool is_px4, CorrectionParts* parts) const {
-    // The firmware's defaults.
+    // Defaults are the firmware's.
     const float lowest = Number(names_.thermal + "TMIN", 0.0F);
     const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
     const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);

@@ -26,7 +26,7 @@ constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
 constexpr int kMaxGain = 8192;  // Twice 4096.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
 
-/// Rounds half away from zero. Error: outside low to high.
+/// Rounds to a whole number, halves away from zero. Error: the result is outside low to high.
 Result<int> Whole(const std::string& what, double value, int low, int high) {
   const double rounded = std::round(value);
   if (!(rounded >= low && rounded <= high)) {

@@ -25,7 +25,7 @@
 namespace truetriad {
 namespace {
 
-// The degree of the polynomial that replaces pieces (kRefitOrder of restate.cc).
+// The degree of the polynomial that replaces a piecewise bias (kRefitOrder of restate.cc).
 constexpr int kMaxBiasOrder = 9;
 // One at each end and one in the middle of the temperatures.
 constexpr int kTestVectors = 3;
@@ -68,8 +68,8 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   };
   const double low = (thermal.range_degc[0] - thermal.reference_degc) * per_degc;
   const double high = (thermal.range_degc[1] - thermal.reference_degc) * per_degc;
-  // 1 / (1 + s u) with gains that change by 0.1 % per degree needs degree four. Above eight a fit
-  // is not improved further.
+  // 1 / (1 + s u) with gains that change by 0.1 % per degree needs degree four. Beyond degree eight
+  // a fit does not improve further.
   constexpr int kMaxDegree = 8;
   // At degree eight four points or more lie between neighbouring zeros of the polynomial.
   constexpr int kChecks = 33;

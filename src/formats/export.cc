@@ -33,7 +33,7 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   return text;
 }
 
-/// Adds the largest loss of each sensor if it exceeds the calibration's own uncertainty.
+/// Warns of each sensor's largest loss if it exceeds the calibration's own uncertainty.
 void WarnOfLoss(std::string_view format,
                 const std::vector<PerTriad<std::optional<ExportLoss>>>& losses,
                 std::vector<std::string>* warnings) {
@@ -74,7 +74,7 @@ void FindDroppedTurn(Triad triad,
           .With("turn", turn_deg, "deg"));
 }
 
-/// Warns of stated numbers that differ from those of the log.
+/// Warns if the options state another device ID or slot for a sensor than its log.
 void WarnOfNumbers(const Calibration& calibration,
                    const ExportOptions& stated,
                    std::vector<std::string>* warnings) {
@@ -185,7 +185,7 @@ void Add(const Export& exported,
   }
 }
 
-/// Adds what the log states of sensors, for those whose number is that of the log.
+/// Adds what the log states of each sensor, unless the options state another device ID for it.
 void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options) {
   for (const Triad triad : kTriads) {
     std::optional<std::int64_t>& id = options->device_ids[triad];
@@ -259,8 +259,9 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   return result;
 }
 
-/// The calibration of `result` in which temperature terms that are idle in the other results and
-/// not written stay idle. `exports` belong to `results`; unset: not written.
+/// The calibration of `result`, in which terms that are idle in a result not written stay idle,
+/// too, unless a written result uses their slot. `exports[i]` is unset if results[i] is not
+/// written.
 Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
                             const std::vector<std::optional<Export>>& exports,
                             const ResultOfInstance& result) {
@@ -416,7 +417,7 @@ class FormatOfDevice {
     SayUnwritten(result, "is not written: " + exported.error().message, beside);
     return {};
   }
-  /// The warning also stands in the file of the results that are written.
+  /// Warns that a result is not written; the file of the other results will state this, too.
   void SayUnwritten(const ResultOfInstance& result,
                     const std::string& what,
                     ExportsBeside* beside) {
@@ -429,8 +430,8 @@ class FormatOfDevice {
   const FormatInfo& info_;
   const std::string& why_of_device_;
   ExportOptions options_;
-  std::vector<std::optional<Export>> exports_;  ///< Unset: not written.
-  std::vector<std::string> unwritten_;          ///< The comments on those.
+  std::vector<std::optional<Export>> exports_;  ///< Unset: the result is not written.
+  std::vector<std::string> unwritten_;          ///< Comments on results not written.
 };
 
 }  // namespace

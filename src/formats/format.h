@@ -35,7 +35,7 @@ enum class Quantity {
   kGainsMatrix,         // K by rows                            on the right of the matrix
   kGains,               // C_xx, C_yy, C_zz                     gains
   kDeviation,           // C - I by columns                     matrix, with I
-  kLowerDeviation,      // its lower triangle by columns        matrix, with I
+  kLowerDeviation,      // C - I, lower triangle by columns     matrix, with I
   kSensitivity,         // S by rows                            inverse of the matrix
   kLowerFactor,         // M by rows, lower triangular          inverse of the matrix
   kGSensitivity,        // G by rows                            g_sensitivity
@@ -57,7 +57,7 @@ Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor);
 // The quantities that files state of a triad.
 using Stated = std::map<Quantity, Eigen::VectorXd>;
 
-// The quantities of fields whose numbers are consecutive.
+// The quantities of `fields`, whose numbers follow each other in `numbers`.
 Stated StatedTogether(std::span<const Field> fields, const double* numbers);
 
 // The equation of a consumer:
@@ -70,11 +70,11 @@ struct CorrectionParts {
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   Eigen::Vector3d after = Eigen::Vector3d::Zero();
   std::optional<Eigen::Matrix3d> g_sensitivity = {};
-  // Evaluated in the consumer's arithmetic.
+  // The thermal bias in the consumer's arithmetic.
   std::function<Eigen::Vector3d(double temperature_degc)> thermal = {};
 
-  // For an import: S where the file states it, temperature terms with their contribution to the
-  // bias at their reference, and the unit of the readings where the format does not fix it.
+  // For an import: S if the file states it, temperature terms with their contribution to the bias
+  // at their reference, and the unit of the readings if the format does not fix it.
   std::optional<Eigen::Matrix3d> sensitivity = {};
   Eigen::Vector3d thermal_constant = Eigen::Vector3d::Zero();
   std::optional<ThermalTerms> thermal_terms = {};
@@ -88,7 +88,7 @@ struct CorrectionParts {
 using Equation = std::function<Eigen::Vector3d(
     const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
 
-// Computed in float32 where that is the consumer's arithmetic, else in double.
+// Computed in float32 if that is the consumer's arithmetic, else in double.
 Equation EquationOf(const CorrectionParts& parts, Arithmetic arithmetic);
 // The correction as our model. `reading_unit` and `result_unit` are those of the consumer.
 TriadCalibration TriadOf(const CorrectionParts& parts,
@@ -108,9 +108,9 @@ enum class MatrixForm {
 struct TriadCapacity {
   bool held = false;
   MatrixForm matrix = MatrixForm::kFull;
-  int bias_order = 0;           // powers of the temperature in the bias
+  int bias_order = 0;           // highest power of the temperature in the bias
   bool matrix_thermal = false;  // powers of the temperature in the sensitivity, any order
-  bool rate_thermal = false;    // bias by the rate of temperature
+  bool rate_thermal = false;    // bias terms in the rate of temperature
   bool g_sensitivity = false;
   bool axis_terms = false;  // terms.h
   // Unit of the readings that the consumer corrects; empty: that of the calibration.
@@ -130,8 +130,8 @@ struct WriteRequest {
 };
 using Files = std::vector<ExportedFile>;
 
-// What a file tells its consumer: the parts of each triad in the file, or an equation of the
-// format's own.
+// What a file tells its consumer: for each triad in the file the parts of the equation, or an
+// equation of the format's own.
 struct Carried {
   PerTriad<std::optional<CorrectionParts>> parts;
   PerTriad<Equation> equations;
@@ -143,7 +143,7 @@ struct Carried {
 struct ReadRequest {
   std::vector<ExportedFile> files;  // `suffix` is the name that messages use
   std::optional<int> instance;
-  // Selects a sensor before `instance` does: the slot of its parameters, or its stated number.
+  // A sensor's parameter slot or device ID, which selects the sensor with priority over `instance`.
   PerTriad<std::optional<std::int64_t>> slots = {}, device_ids = {};
   std::string firmware = {};  // the firmware that uses the parameters, if known
 };

@@ -69,7 +69,7 @@ Result<FormatInfo> InfoOfFormat(std::string_view name) {
 
 namespace {
 
-/// The sensor of a file in the units of the calibration.
+/// The sensor of a file, converted to the units that the calibration is to have.
 Result<TriadCalibration> InWantedUnits(Triad triad,
                                        const Carried& file,
                                        const Format& format,
@@ -134,7 +134,7 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
   if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
 }
 
-/// The decision in a file exported although its unit failed; `said` is the text after the mark.
+/// The decision in a file exported although its unit failed; `said`: what follows kMustNotLeave.
 Decision HeldBack(const std::string& path, std::string said) {
   const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
@@ -143,7 +143,7 @@ Decision HeldBack(const std::string& path, std::string said) {
   return {Verdict::kFail, path, said.substr(begin, end - begin), TimestampUtc(), true};
 }
 
-/// The gauge that the form of a leading sensitivity implies.
+/// The gauge implied by the form of the leading sensor's sensitivity.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
   // The rounding of an inverse of a matrix that was triangular before it was written.
   constexpr double kTriangularRounding = 1e-12;

@@ -104,8 +104,8 @@ std::string RealText(double value) {
   return text;
 }
 
-/// The noise keys, or placeholders. The density is known even if a rest is too short for a random
-/// walk.
+/// The noise keys, with placeholders for what is unknown. The density is known even if a rest is
+/// too short for a random walk.
 Result<std::string> NoiseText(const std::string& indent, const WriteRequest& request) {
   const ExportOptions& options = request.options;
   std::string text;
@@ -176,7 +176,7 @@ Result<Files> WriteChain(const Chain& chain, const WriteRequest& request) {
   return Files{{"", std::move(text)}};
 }
 
-/// The biases of the comment; without one zero, and a note.
+/// The biases in the comment; if there is no comment, zero and a note.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
   const std::size_t at = text.find(begin);
@@ -201,7 +201,7 @@ YamlReader FirstImu(YamlReader* root) {
   return root->RequireChild("imu0");
 }
 
-/// Reads Kalibr's input, which is not corrected, or a chain. Error: a singular matrix.
+/// Reads a chain, or Kalibr's input, which states no correction. Error: a singular matrix.
 Result<Carried> ReadChain(const Chain& chain, const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   // The first line of an OpenCV file is not YAML.

@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-// About 14 deg apart (sqrt(4 pi / 200)): quadratic terms change by a few per cent between them.
+// Truths about 14 deg apart (sqrt(4 pi / 200)), where quadratic terms differ by a few per cent.
 constexpr int kDirections = 200;
 // Chosen: a cubic has two extremes and one inflection, so 17 points sample each several times.
 constexpr int kTemperatures = 17;
@@ -62,7 +62,7 @@ bool DropsRates(const Restated& restated, Triad triad) {
   return HasRates(*restated.whole.sensors[triad]->thermal) && !(held && HasRates(*held));
 }
 
-// The temperature of each axis long after the thermometer began to change at the rate: it lags.
+// The state of each axis long after the thermometer began to change at the rate: the axis lags.
 ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_degcps) {
   ThermalState state;
   const Eigen::Vector3d lag_s = thermal.element_lag_s.value_or(Eigen::Vector3d::Zero());

@@ -271,7 +271,7 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     // The stated sensitivity is kept, since its zeros are exact.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    // The rounding of the product of two inverses that were written with all digits.
+    // Rounding of the product of S and its inverse, both written with all digits.
     constexpr double kInverseRounding = 1e-9;
     if (*S && (parts.matrix * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       parts.sensitivity = **S;

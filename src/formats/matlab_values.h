@@ -23,7 +23,7 @@ const MatlabVariable* FindVariable(const MatlabVariables& variables, const std::
 
 // A script (.m) of assignments that begins with the comments.
 std::string ScriptText(const MatlabVariables& variables, const std::vector<std::string>& comment);
-// Assignments of constants; other statements are skipped.
+// Reads assignments of constants from a script; other statements are skipped.
 MatlabVariables ParseScript(const std::string& text);
 
 // Reads and writes .mat. libmatio needs some sixty libraries, which would more than double the
@@ -39,7 +39,7 @@ struct MatlabModule {
 // The companion library (base/companion.h) and its one function, `const MatlabModule* ()`.
 inline constexpr char kMatlabModuleFile[] = "truetriad_matlab.so";
 inline constexpr char kMatlabModuleFunction[] = "TruetriadMatlabModule";
-// Loaded once and kept until the program ends. Nullptr: it is missing or does not load.
+// The module, loaded once and kept until the program ends; nullptr if missing or not loadable.
 const MatlabModule* MatlabModuleOf();
 
 // Whether the bytes are a .mat of any version.

@@ -14,7 +14,7 @@ std::string NumberText(Number value) {
   return {text, std::to_chars(text, text + sizeof text, value).ptr};
 }
 
-// The same without an exponent.
+// As NumberText, but without an exponent.
 template <typename Number>
 std::string PlainNumberText(Number value) {
   char text[512];  // 1e-308 has over 308 digits.

@@ -11,7 +11,7 @@
 namespace truetriad {
 
 // `device.firmware` of a log of ArduPilot up to 3.2, which turns inertial readings into the
-// vehicle's axes and scales them before it subtracts offsets: s o (R y) - o.
+// vehicle's axes and scales them before it subtracts offsets b: s o (R y) - b.
 inline constexpr std::string_view kArduPilotOf2014 = "ardupilot-3.2";
 
 // Whether the firmware of a log reads the parameters of `format`.

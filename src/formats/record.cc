@@ -33,7 +33,7 @@ constexpr TriadCapacity kHoldsAll = {.held = true,
                                      .g_sensitivity = true,
                                      .axis_terms = true};
 
-/// Temperature terms as these files hold them, with each rate under its own name.
+/// Temperature terms as these files hold them, with each rate term under its own name.
 struct ThermalBlock {
   ThermalTerms terms;
 };
@@ -96,7 +96,7 @@ Json CovarianceJson(const NamedCovariance& covariance) {
 ///
 ///   truth = C(T) u(raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
 ///
-/// u as in triad_model.h; the reading itself where there is no axis term.
+/// u as in triad_model.h; without axis terms u(x) = x.
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, name));
   YamlReader sensors = root.RequireChild("sensors");
@@ -231,7 +231,7 @@ std::string UncertaintyStatement(const Calibration& calibration) {
 
 // ------------------------------------------------------------------------------------------- JSON
 
-/// A sensor's block with U beside σ.
+/// A sensor's block with the expanded uncertainty U beside each σ.
 Json SensorRecord(const TriadCalibration& sensor, const std::optional<double>& residual_rms) {
   Json json = SensorJson(sensor);
   const auto add = [&](std::string_view name, Json values) {

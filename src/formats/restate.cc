@@ -45,7 +45,7 @@ Result<double> ConstantTemperature(Triad triad,
   return temperature;
 }
 
-/// Chosen: the degree of the polynomial that replaces pieces in a format without limit.
+/// Chosen: the degree of the polynomial that replaces a piecewise bias if the format has no limit.
 constexpr int kRefitOrder = 9;
 
 /// Replaces the bias by a polynomial of degree `order`, which the format can hold.
@@ -332,7 +332,7 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
     for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(u, static_cast<double>(k));
   }
   const Eigen::VectorXd in_u = LeastSquares(powers).SolveVector(values);
-  // Horner's scheme with (x - middle) / half in place of u.
+  // From powers of u to powers of x: Horner's scheme with (x - middle) / half in place of u.
   std::vector<double> in_x(static_cast<std::size_t>(size), 0.0);
   for (Eigen::Index k = size - 1; k >= 0; --k) {
     for (std::size_t j = in_x.size(); j-- > 0;) {

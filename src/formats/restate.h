@@ -25,22 +25,23 @@ struct Restated {
   // For each sensor the rotation from the body frame of `whole` to that of the calibration.
   PerTriad<Eigen::Matrix3d> rotation = {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
-  // The angle between a sensor's axes and the body frame where the format cannot hold it.
+  // The angle between a sensor's axes and the body frame, if the format cannot hold it.
   PerTriad<double> dropped_turn_deg = {};
   PerTriad<bool> is_turned = {};   ///< Export::is_turned.
   std::vector<std::string> notes;  // what was dropped or turned
   std::vector<std::string> warnings;
 };
 
-// Gauge and units are restated exactly; what the format cannot hold is dropped:
+// Gauge and units are restated exactly; what the format cannot hold (left) is replaced (right):
 //   bias order above the format's      cubic through Chebyshev points over the calibrated range
 //   no temperature terms               values at options.temperature_degc
 //   diagonal matrix                    diag(C)
 //   symmetric matrix                   P of C = R P
 //   no matrix                          offsets only
 //   no axis terms                      nothing
-// Errors (bad input): not usable, counts of unknown size into another unit, another unit into
-// counts, a mirrored triad into a format that cannot mirror; (usage) options that do not fit.
+// Errors (bad input): a calibration that is not usable, counts of unknown size into another unit,
+// another unit into counts, a mirrored triad into a format that cannot mirror; (usage) options that
+// do not fit.
 Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);

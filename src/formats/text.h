@@ -51,7 +51,7 @@ std::optional<Number> ParseNumber(std::string_view word) {
 
 std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines);
 
-/// The words of every exported file about its unit; the version stands between the two constants.
+/// The words about the unit in every exported file; the program's version is between the constants.
 std::string UnitPhrase(const std::string& serial);
 /// The serial number, or words for a missing one.
 std::string UnitName(const std::string& serial);
@@ -64,7 +64,7 @@ inline constexpr std::string_view kMustNotLeave = "THIS UNIT MUST NOT LEAVE";
 // The line of an exported file that states the units of a sensor's numbers.
 std::string UnitComment(Triad triad, std::string_view reading_unit, std::string_view result_unit);
 
-// The unit of the readings in such a line of `text`; empty when there is none.
+// The unit of the readings in a UnitComment within `text`; empty if there is none.
 std::string UnitFromComment(const std::string& text, Triad triad);
 
 // Lists of numbers in the syntax of YAML.
@@ -104,8 +104,8 @@ struct NoiseDensities {
 // One number for three axes: their RMS.
 double RmsOfAxes(const Eigen::Vector3d& density);
 
-// The noise of --allan; unset if there is none, it lacks the triad, or it has no white noise of
-// some axis. Error (bad input): it is in counts of unknown size.
+// The noise from --allan; unset if no file is given, or if it lacks the triad or the white noise of
+// some axis. Error (bad input): the file is in counts of unknown size.
 Result<std::optional<NoiseDensities>> NoiseOf(const ExportOptions& options, Triad triad);
 
 }  // namespace truetriad

@@ -46,7 +46,7 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      // A serial number that a file may escape is not searched for.
+      // A serial number that a file may hold in escaped form is not searched for.
       if (!serial || serial->find_first_of("\"\\*") != std::string::npos ||
           PrintableLine(*serial) != *serial)
         return true;

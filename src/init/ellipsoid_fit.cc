@@ -12,7 +12,7 @@
 //                   with k = 4.
 //
 // 4 J > I^2 excludes ellipsoids much longer than wide, and both algebraic costs depend on the
-// frame. So the data are first scaled axis by axis (gains of a triad may differ 25 times,
+// frame. So the data are first scaled axis by axis (gains of a triad may differ by a factor of 25,
 // cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
 // fitted again, until the sphere no longer changes: there the constraint is inactive and the costs
 // are nearly geometric.
@@ -48,11 +48,11 @@ enum class Method { kAxisAligned, kLeastSquares, kConstrained };
 
 // Chosen: a fit that needs more rounds moves along a direction that the data do not determine.
 constexpr int kMaxRounds = 30;
-// The fit has converged when centre and radii of the unit sphere change by less.
+// The fit has converged when centre and radii of the unit sphere change by less than this.
 constexpr double kSettled = 1e-10;
 // Chosen: no sensor has noise of a tenth of the radius, so such a residual has another cause.
 constexpr double kMuchScatter = 0.1;
-// Below this the smallest direction of the design matrix is rounding, not data.
+// Least conditioning: below it, the smallest singular value of the design matrix is rounding error.
 constexpr double kMinConditioning = 1e-7;
 
 // z = whitening (y - centre).
@@ -60,7 +60,7 @@ struct Frame {
   Vector3d centre = Vector3d::Zero();
   Matrix3d whitening = Matrix3d::Identity();
 
-  // 3 x n.
+  // The points in this frame, 3 x n.
   Eigen::Matrix3Xd Map(const std::vector<Vector3d>& points) const {
     Eigen::Matrix3Xd mapped(3, points.size());
     for (std::size_t k = 0; k < points.size(); ++k) {
@@ -127,7 +127,7 @@ std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
   const Matrix6d scatter = TransposeTimes(root, root);
   const Matrix6d inverse = InverseByLu(constraint);
   for (const Vector6d& quadratic : RealEigenvectors(inverse * scatter)) {
-    // Exactly one of the six meets the constraint. Li and Griffiths 2004.
+    // Exactly one of the six eigenvectors meets the constraint. Li and Griffiths 2004.
     if (quadratic.dot(constraint * quadratic) <= 0.0) continue;
     const Eigen::Vector4d free =
         -SolveUpper4(reduced.topLeftCorner<kFree, kFree>(),
@@ -251,7 +251,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   ellipsoid.shape = best->whitening.transpose() * best->whitening;
   ellipsoid.conditioning = Conditioning(sphere, methods.front());
   ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
-  // Where the conditioning is no better than the residual, scatter makes the ellipsoid: readings
+  // If the conditioning is below the residual, scatter determines the ellipsoid: the readings are
   // near a plane, or on a small cap. The axis-aligned fit is exempt, as a tilted ellipsoid leaves a
   // residual in it that is not scatter.
   const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;

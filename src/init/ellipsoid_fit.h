@@ -36,8 +36,9 @@ Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& po
 /// then scatter and not the shape of the cloud makes the ellipsoid.
 Result<Ellipsoid> FitEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
-/// Symmetric sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid:
-/// S S^T = radius^-2 A^-1. Diagonal positive. `radius` > 0, shape positive definite, else CHECK.
+/// Symmetric sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid: S S^T =
+/// radius^-2 A^-1. Diagonal positive. Fails a CHECK unless `radius` > 0 and shape positive
+/// definite.
 Eigen::Matrix3d SymmetricSensitivity(const Ellipsoid& ellipsoid, double radius);
 
 }  // namespace truetriad

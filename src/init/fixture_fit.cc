@@ -18,13 +18,13 @@ namespace {
 // Fourteen unknowns (nine of the matrix, three of the bias, two angles), three equations a pose.
 constexpr std::size_t kFewestPoses = 5;
 constexpr int kGridPoints = 100;  // About 14 degrees apart on half of the sphere.
-// A bound only: Gauss-Newton converges in a few steps from 14 degrees away.
+// Only a bound: from 14 degrees away, Gauss-Newton converges in a few steps.
 constexpr int kMostSteps = 50;
 // Chosen: pivots of the field's directions in the body below this share of the largest count as
 // zero; the attitudes are then turns about one axis.
 constexpr double kThin = 1e-3;
 
-// The linear part at one direction of the field.
+// The fit of matrix and bias for one direction of the field.
 KnownFieldFit FitAt(const Eigen::Vector3d& direction,
                     const std::vector<Eigen::Vector3d>& readings,
                     const std::vector<Eigen::Quaterniond>& fixture_from_body,

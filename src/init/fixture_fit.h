@@ -30,10 +30,10 @@ struct FixtureFit {
 };
 
 /// Least squares for y = S R_k^T (strength * u) + b with a full S and an unknown unit vector u: for
-/// every u linear in S and b, so that only the two angles of u are searched, on a grid and then by
-/// Gauss-Newton (variable projection, Golub and Pereyra 1973). (S, u) and (-S, -u) are the same
-/// solution: det S > 0 is returned. Exact for exact readings.
-/// Error (not enough): fewer than five poses, or attitudes that do not determine it.
+/// a given u the problem is linear in S and b, so that only the two angles of u are searched, on a
+/// grid and then by Gauss-Newton (variable projection, Golub and Pereyra 1973). (S, u) and (-S, -u)
+/// are the same solution: det S > 0 is returned. Exact for exact readings. Error (not enough):
+/// fewer than five poses, or attitudes that do not determine the solution.
 Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 const std::vector<Eigen::Quaterniond>& fixture_from_body,
                                 double strength);

@@ -79,7 +79,7 @@ struct Minimum {
   double curvature = 0.0;  // Smallest eigenvalue of the Gauss-Newton Hessian.
 };
 
-// Less than 0.01 rad apart: the same minimum. 3 - tr = angle^2 for small angles.
+// Whether a and b are one minimum: less than 0.01 rad apart. 3 - tr = angle^2 for small angles.
 bool AreSame(const Matrix3d& a, const Matrix3d& b) { return 3.0 - a.cwiseProduct(b).sum() < 1e-4; }
 
 // Levenberg-Marquardt on R Exp(omega); nullopt as soon as it runs into a minimum already found.
@@ -121,8 +121,8 @@ std::optional<Minimum> Descend(const Moments& moments,
   return Minimum{rotation, EigenOfSymmetric3(hessian).values[0]};
 }
 
-// Right-handed orthonormal frame with `first` as x and `second` in its xy plane. Where both are
-// parallel the turn about `first` is arbitrary.
+// Right-handed orthonormal frame with `first` as x and `second` in its xy plane. If both are
+// parallel, the rotation about `first` is arbitrary.
 Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   Matrix3d frame;
   frame.col(0) = first.normalized();
@@ -134,7 +134,7 @@ Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   return frame;
 }
 
-// Moments of the pairs; with an unknown cosine about their mean.
+// Moments of the pairs; about their mean if the cosine is unknown.
 struct PairMoments {
   Moments moments;
   Vector9d mean = Vector9d::Zero();
@@ -202,7 +202,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     FrameAlignment alignment;
     alignment.rotation = minimum->rotation;
     alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum->rotation));
-    double sum = 0.0;  // Over the pairs, as the moments cancel in an exact fit.
+    double sum = 0.0;  // Summed over the pairs, since in an exact fit the moments cancel.
     for (std::size_t k = 0; k < pairs; ++k) {
       const double cosine = up_in_body[k].dot(alignment.rotation * field_in_triad[k]);
       sum += std::pow(cosine - alignment.cosine, 2);
@@ -215,7 +215,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     if (is_best) best_curvature = minimum->curvature;
     alignments.push_back(alignment);
   }
-  // Where a rotation of the triad changes nothing, rounding of moments of size one leaves 1e-16.
+  // If a rotation of the triad has no effect, rounding of moments of size one leaves 1e-16.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
     return NotEnoughError(

@@ -27,7 +27,7 @@ using Vector9 = Eigen::Matrix<double, 9, 1>;
 
 // A bound only: each step squares the error of the one before, and 8 squarings end at rounding.
 constexpr int kRefinements = 8;
-// After a Gauss-Newton step of this share of the sensitivity the next one is of its square, 1e-10.
+// Last Gauss-Newton step, as a share of the sensitivity: a further step would be its square, 1e-10.
 constexpr double kSmallStep = 1e-5;
 // Chosen: a turn with more than 10 times the median error is an outlier and is left out.
 constexpr double kWildMiss = 10.0;
@@ -59,7 +59,7 @@ Matrix39 DirectionChange(const DirectionMove& move, const Eigen::Vector3d& bias_
   return change;
 }
 
-// The same turn with fewer readings, each the mean of those within kLongestStepS.
+// The turn with fewer readings, each of which is the mean over up to kLongestStepS.
 GyroMove Condensed(const GyroMove& move) {
   const std::size_t count = move.time_s.size();
   GyroMove condensed;
@@ -91,7 +91,7 @@ GyroMove Condensed(const GyroMove& move) {
 }
 
 // Centre and spread by which readings are normalised, so that large offsets and gains of any size
-// do not matter: y = centre + spread z, C y - c = K z - k.
+// do not matter: y = centre + spread z, C (y - b) = K z - k.
 struct RateScale {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double spread = 0.0;
@@ -145,7 +145,7 @@ NormalOfMoves NormalOf(const std::vector<DirectionMove>& moves, const RateScale&
   return normal;
 }
 
-// `what`: "the motion does".
+// `what`: such as "the motion does", to which the message adds "not cover".
 Error AxesMissing(const std::string& what) {
   return NotEnoughError(Finding(FindingCode::kTurnAxesMissing,
                                 "gyroscope: " + what + " not cover all of its axes",

@@ -11,12 +11,12 @@
 
 namespace truetriad {
 
-/// A turn, and a direction fixed in the world (such as up) in the body frame.
+/// A turn, with a direction that is fixed in the world (such as up) as seen in the body frame.
 struct DirectionMove {
   GyroMove move;
   Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector, at rest.
   Eigen::Vector3d after = Eigen::Vector3d::UnitZ();
-  /// At each reading, of any length; it may be disturbed by the motion.
+  /// The direction at each gyroscope reading, of any length; the motion may disturb it.
   std::vector<Eigen::Vector3d> direction;
 };
 
@@ -27,8 +27,8 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
                                             const Eigen::Vector3d& bias_raw);
 
 /// Sensitivity and bias of a gyroscope of a unit that never rests: C and C b enter du/dt linearly.
-/// The directions may be noisy throughout, so nothing is refined. Given arguments are fixed.
-/// Error (not enough): the motion does not determine them.
+/// The directions may be noisy throughout, so nothing is refined. A given sensitivity or bias is
+/// held. Error (not enough): the motion does not determine them.
 Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
                                          const std::optional<Eigen::Matrix3d>& sensitivity,
                                          const std::optional<Eigen::Vector3d>& bias_raw);

@@ -64,7 +64,7 @@ Result<TriadModel<double>> SixFaceExtremes(const std::vector<Vector3d>& readings
   const Vector3d half_range = 0.5 * (largest - smallest);
   model.sensitivity = (half_range / gravity_mps2).asDiagonal();
 
-  // Where an axis was never up, its extreme is a reading with another axis up: its face is missing.
+  // If an axis was never up, its extreme is a reading with another axis up, so its face is missing.
   std::vector<int> faces;
   for (const Vector3d& reading : readings) {
     const Vector3d direction = (reading - model.bias).cwiseQuotient(half_range);
@@ -110,7 +110,7 @@ Result<TriadModel<double>> SixPosition(const std::vector<Vector3d>& readings,
   CHECK_GT(gravity_mps2, 0.0);
   CHECK_EQ(readings.size(), faces.size());
   TRUETRIAD_RETURN_IF_ERROR(CheckFaces(faces));
-  // Face by face, so that a face with more rests weighs no more than its opposite.
+  // Averages each face first, so that a face with more rests weighs no more than its opposite.
   std::array<Vector3d, 6> sum;
   sum.fill(Vector3d::Zero());
   std::array<double, 6> count{};

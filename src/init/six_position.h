@@ -22,7 +22,8 @@ inline constexpr std::array<const char*, 6> kFaceNames = {"+x", "-x", "+y", "-y"
 
 /// Assigns each reading to the face whose signed axis is nearest after an axis-aligned ellipsoid
 /// start. Error (bad input): a reading is not nearer to one axis than to the next by 20 degrees
-/// (named by its number, from 1). Error (not enough): a face is missing, or no ellipsoid.
+/// (named by its number, from 1). Error (not enough): a face is missing, or no ellipsoid is
+/// determined.
 Result<std::vector<int>> AssignFaces(const std::vector<Eigen::Vector3d>& readings);
 
 /// Six-position analytic full matrix with nominal forces ±g along each axis:

@@ -67,8 +67,8 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
     visit.Map("thermal", [&](FieldReader& in) { ThermalFields(in, applied.thermal.emplace()); });
   });
   const Eigen::Matrix3d correction = matrix * scale.asDiagonal();
-  // A correction is a rotation times a common gain, up to small errors, with a relative determinant
-  // near 1. A far smaller one is a typing error, and its inverse would amplify the noise.
+  // Up to small errors a correction is a rotation times a common gain: its determinant is near
+  // gain³. A far smaller determinant is a typing error, and the inverse would amplify the noise.
   constexpr double kSmallestDeterminant = 1e-3;
   const double size = correction.norm() / std::sqrt(3.0);
   if (!(std::abs(correction.determinant()) > kSmallestDeterminant * size * size * size)) {

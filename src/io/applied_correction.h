@@ -16,8 +16,8 @@ namespace truetriad {
 ///   raw    = (matrix * diag(scale))^-1 * logged + offset + P(T) - P(T_cal)
 ///
 /// P(T) = Σ_k coefficients_k ∘ τ^k, k = 1, 2, …, τ = clamp(T, range) - reference; T_cal is clamped
-/// likewise, and P(T_cal) = 0 where it is not stated. Offsets and P in the unit of the log, T in
-/// degC. docs/recordings.md.
+/// likewise, and P(T_cal) = 0 if T_cal is not stated. Offsets and P are in the unit of the log, T
+/// is in degC. docs/recordings.md.
 struct AppliedCorrection {
   struct Thermal {
     double reference_degc = 0.0;
@@ -38,7 +38,7 @@ struct AppliedCorrection {
 };
 
 /// Reads one triad's entry of `applied:`: `none` (nullopt) or a map of offset, scale, matrix and
-/// thermal. Errors, of which `unknown` is one, are recorded in `yaml`.
+/// thermal. Errors are recorded in `yaml`; the word `unknown` is one.
 std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml);
 
 }  // namespace truetriad

@@ -176,9 +176,9 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
 Status BurstWindows::MeasureInterval(const Window& earlier,
                                      const Window& later,
                                      std::int64_t rows) {
-  // A longer interval than this times the one before is a gap: one lost window doubles it.
+  // An interval longer than the one before by this factor is a gap: one lost window doubles it.
   constexpr double kGap = 1.5;
-  constexpr int kMostGapsAlike = 2;  // A third one of this length is the interval.
+  constexpr int kMostGapsAlike = 2;  // A third gap of about this length is the interval.
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,

@@ -70,7 +70,7 @@ void StatusFields(V& visit, Like<Calibration> auto& calibration) {
   });
 }
 
-/// Origin: unit, run, software, time and inputs.
+/// The origin of a calibration: device, run, software, time and inputs.
 template <class V>
 void OriginFields(V& visit, Like<Calibration> auto& calibration) {
   visit.Group("device", Style::kFlow, [&calibration](V& device) {
@@ -257,7 +257,7 @@ Result<Calibration> ReadCalibration(const std::string& path) {
 }
 
 Result<std::string> ReadSerial(const std::string& path) {
-  // A file that will be replaced is read, too, and must not become a guarded input.
+  // This file may be one that will be replaced, so it must not become a guarded input.
   Result<std::string> text = LookAtSmallFile(path);
   TRUETRIAD_RETURN_IF_ERROR(text);
   text->resize(std::min(text->find("\ninputs:"), text->size()));

@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// The content of calibration.yaml as that of calibration.json.
+/// A calibration as in calibration.json, with the same content as calibration.yaml.
 Json CalibrationTree(const Calibration& calibration);
 
 /// `tree` with whole numbers without a point, and null for those that are not finite.

@@ -21,7 +21,7 @@ class ClockPieces {
   // Processes the rows that `csv` has just read.
   void Follow(const CsvReader& csv, std::size_t row_count);
 
-  // The shifts of the times of those rows; empty: none.
+  // What to add to the times of the rows that Follow has processed; empty: nothing.
   std::span<const std::int64_t> shifts_ns() const { return shifts_ns_; }
 
   const std::vector<RecordingJoint>& joints() const { return joints_; }

@@ -15,7 +15,7 @@ namespace {
 /// Corrects the readings of the triads that the calibration covers, and counts what it does.
 class Correction : public ReadingChange {
  public:
-  /// Error: no triad of the recording can be corrected, or a calibrated one cannot.
+  /// Error: the calibration is unusable or covers no triad of the recording, or cannot correct one.
   static Result<Correction> Create(const RecordingInfo& info, const Calibration& calibration) {
     if (!calibration.IsUsable()) {
       return Error(ErrorCode::kCalibrationNotUsable,
@@ -86,9 +86,9 @@ class Correction : public ReadingChange {
  private:
   PerTriad<std::optional<ReadingCorrector>> correctors_;
   Eigen::Vector3d force_mps2_ =
-      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< The last known one.
+      Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< Of the last sample.
   bool is_clamped_ = false, is_empty_ = false;                              ///< Of this row.
-  CorrectedLogSummary summary_;  ///< With sums of lengths instead of means.
+  CorrectedLogSummary summary_;  ///< Its mean_length holds sums of lengths until Summary.
   PerTriad<std::int64_t> written_{};
 };
 

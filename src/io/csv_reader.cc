@@ -36,7 +36,7 @@ std::string_view Trimmed(std::string_view text) {
 }
 
 /// The end of the field at `p`, which begins with a quotation mark: after the next mark that is not
-/// doubled (RFC 4180), or `p` itself where the line has none.
+/// doubled (RFC 4180), or `p` itself if the line has no such mark.
 const char* QuotedEnd(const char* p) {
   for (const char* end = p + 1; *end != '\n'; ++end) {
     if (*end != '"') continue;
@@ -46,7 +46,7 @@ const char* QuotedEnd(const char* p) {
   return p;
 }
 
-/// The line at `begin`, without its end; there is one before `end`.
+/// The line at `begin`, without its '\n'; there is one before `end`.
 std::string_view LineAt(const char* begin, const char* end) {
   return {begin, static_cast<std::size_t>(LineEnd(begin, end) - begin)};
 }
@@ -109,7 +109,8 @@ char FindSeparator(std::string_view line) {
     if (content.find(separator) != std::string_view::npos) return separator;
   }
   if (content.find('\t') == std::string_view::npos) return kBlankRuns;
-  // Tabs may also be part of runs of blanks: then there are numbers between blanks.
+  // Tabs may be part of runs of blanks: splitting at all blanks then gives more fields, all
+  // numbers.
   const std::vector<std::string_view> words = SplitFields(content, kBlankRuns);
   return words.size() > SplitFields(content, '\t').size() &&
                  std::all_of(words.begin(), words.end(), IsNumber)
@@ -155,7 +156,7 @@ const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const T
 /// Whether the fields are the column numbers 0, 1, 2, … in place of names, after an empty name if
 /// there is a column of row numbers.
 bool CountsColumns(std::vector<std::string_view> fields) {
-  constexpr std::size_t kFewestColumns = 4;  // A row of data may count 0, 1, 2, not 4 columns.
+  constexpr std::size_t kFewestColumns = 4;  // Fewer may be a row that reads 0, 1, 2.
   if (!fields.empty() && fields.front().empty()) fields.erase(fields.begin());
   if (fields.size() < kFewestColumns) return false;
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -185,8 +186,8 @@ bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) 
 }
 
 /// Whether the rows of a table begin with row numbers that the header `names` does not name, as
-/// pandas and R write them. A header that lacks the last column differs by its first name: a
-/// reading or a time does not count rows from 0 or 1.
+/// pandas and R write them. If the header lacks its last name instead, its first name is of a
+/// reading or a time, which does not count rows from 0 or 1.
 bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& rows,
                          char separator) {

@@ -37,8 +37,8 @@ class CsvReader {
  public:
   enum class Kind : std::uint8_t {
     kSkip,
-    kNumber,  ///< A double; NaN where the field is empty or `nan`.
-    kTime,    ///< An integer of a decimal's value * 10^power; kMissingTime where empty or `nan`.
+    kNumber,  ///< A double; NaN if the field is empty or `nan`.
+    kTime,    ///< A decimal's value * 10^power, rounded; kMissingTime if it is empty or `nan`.
     kText,    ///< The characters, without surrounding blanks.
   };
   /// Outside of ±kFarthestTime, so that it is not the number of any time.
@@ -49,7 +49,7 @@ class CsvReader {
   /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
 
-  /// Opens the file for its header only, of which less is read at once; it has no rows.
+  /// As Open with a default layout, but less of the file is read at a time, as suits a header.
   static Result<std::unique_ptr<CsvReader>> OpenHead(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
@@ -58,11 +58,11 @@ class CsvReader {
   std::int64_t header_line() const { return header_line_; }
   /// Columns at the end that have neither a name nor a value.
   std::size_t empty_at_end() const { return empty_at_end_; }
-  /// True where rows begin with a field that the header does not name and that counts the rows; the
+  /// True if rows begin with a field that the header does not name and that counts the rows; the
   /// header then begins with an empty name.
   bool has_unnamed_count() const { return has_unnamed_count_; }
-  /// True where the first column has no name and its first numbers may be row numbers, as in a
-  /// table of pandas.
+  /// True if the first column has no name and its first numbers may be row numbers, as in a table
+  /// of pandas.
   bool may_begin_with_row_numbers() const { return may_begin_with_row_numbers_; }
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
@@ -107,7 +107,7 @@ class CsvReader {
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
   const char* ParseValue(const char* p, Column* column, std::size_t row);
-  /// The same between quotation marks; empty marks are a missing value.
+  /// As ParseValue, for a value between quotation marks; empty marks are a missing value.
   const char* ParseQuoted(const char* p, Column* column, std::size_t row);
   static void SetMissing(Column* column, std::size_t row);
   Error FieldError(const char* line_begin, std::size_t column) const;
@@ -115,7 +115,7 @@ class CsvReader {
   Error CutOffError() const;
   /// True for a repeated header line.
   bool IsHeader(const char* line_begin) const;
-  /// True for a last line without its end; if malformed, too, it was only half written.
+  /// True for a last line without '\n'; if it is malformed, too, it was only half written.
   bool IsCutOff(std::string_view line) const;
   Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
 

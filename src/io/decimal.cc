@@ -4,7 +4,7 @@
 namespace truetriad {
 namespace {
 
-constexpr int kUint64Digits = 19;  ///< Every number of so many digits fits a uint64.
+constexpr int kUint64Digits = 19;  ///< Every number of 19 digits fits a uint64.
 
 constexpr std::array<std::uint64_t, kUint64Digits + 1> kPowers = [] {
   std::array<std::uint64_t, kUint64Digits + 1> powers{};

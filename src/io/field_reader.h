@@ -19,14 +19,14 @@ namespace truetriad {
 //   visit.Map("robust", [&](auto& visit) { … });        a map of further fields
 //   visit.List("exclude", ranges, [](auto& visit, auto& range) { … });
 //   visit.Expect(file_is_given, "expected `file:`");    a condition on several keys of one map
-// FieldReader reads it, FieldWriter (config/fields.h) writes it. A document is read after others:
-// values for which it has no key stay as they are.
+// FieldReader reads such a list, FieldWriter (config/fields.h) writes it. A document may be read
+// after others: values for which it has no key stay as they are.
 
 /// A word that may replace a map.
 struct MapWord {
   std::string_view word;
   bool is_said = false;             ///< The word describes the present value.
-  std::function<void()> take = {};  ///< Sets the value that it stands for.
+  std::function<void()> take = {};  ///< Sets the value that the word stands for.
 };
 
 /// How a map is written, and the words that may replace it.
@@ -41,7 +41,7 @@ class FieldReader {
   static constexpr bool kReads = true;
   explicit FieldReader(YamlReader map) : map_(std::move(map)) {}
 
-  /// True when the value was read. `chosen` is for writers: what replaced the value.
+  /// True if the value was read. The last argument is for writers: the choice that replaced `auto`.
   template <typename Value, typename Kind, typename... Chosen>
   bool operator()(std::string_view key, Value&& value, const Kind& kind, const Chosen&...) {
     return ReadAs(kind, Child(key), &value);
@@ -80,7 +80,7 @@ class FieldReader {
     if (YamlReader child = Child(key)) ReadMap(std::move(child), of, form);
   }
 
-  /// A list replaces that of earlier documents.
+  /// The list replaces the list of an earlier document.
   template <typename Item, typename Of>
   void List(std::string_view key, std::vector<Item>& items, const Of& of) {
     YamlReader list = Child(key);
@@ -91,19 +91,19 @@ class FieldReader {
     }
   }
 
-  /// Unless `holds`: an error of the map, or of `key` if that is present. Other kinds of value have
-  /// errors of their own.
+  /// Unless `holds`, records an error: of the map, or of the value of `key` if there is one. A
+  /// value that should be a map and is not has an error of its own.
   void Expect(bool holds, const std::string& problem, std::string_view key = "") {
     if (holds || !(key.empty() ? map_.IsMap() : Has(key))) return;
     (key.empty() ? map_ : YamlReader(map_.Child(key))).Fail(problem);
   }
-  /// A value that is not a map has its own error.
+  /// Records an error if the map lacks `key`. A value that is not a map has its own error.
   void Require(std::string_view key) {
     if (map_.IsMap()) map_.RequireChild(key);
   }
 
-  // Questions of a list of fields about a key. A writer answers from the second argument, the
-  // present value.
+  // What a list of fields may ask about a key. A writer answers with the second argument, which
+  // follows from the present value.
   bool Has(std::string_view key) { return bool(Child(key)); }
   bool IsMap(std::string_view key, bool) { return Child(key).IsMap(); }
   bool IsList(std::string_view key, bool) { return Child(key).IsSequence(); }
@@ -111,7 +111,7 @@ class FieldReader {
   bool Says(std::string_view key, std::string_view word) { return IsWord(Child(key), word); }
   /// A reader reads all fields, also those that would not be written.
   static bool Shows(bool) { return true; }
-  /// The key states which alternative the map describes.
+  /// If the map has `key`, sets `value` to `when`, the alternative that the map then describes.
   template <typename Value>
   bool Is(std::string_view key, Value& value, Value when) {
     if (!Has(key)) return false;

@@ -8,8 +8,8 @@
 namespace truetriad {
 
 /// While a guard exists, no output of this process replaces a file that it has read, under whatever
-/// name or link: a measured log cannot be recovered. One exists at a time; the program makes one
-/// per run. Users of the library, without a guard, may overwrite their inputs.
+/// name or link: a measured log cannot be recovered. At most one guard exists at a time; the
+/// program makes one per run. Users of the library have no guard and may overwrite their inputs.
 class InputGuard {
  public:
   InputGuard();
@@ -20,7 +20,7 @@ class InputGuard {
   /// Registers a file that is read; ignored without a guard or if `path` is not a regular file.
   static void Add(const std::string& path);
   static bool Holds(const std::string& path);
-  /// The error for an output `path` that it holds.
+  /// The error for an output `path` that is a registered file.
   static Error Refusal(const std::string& path);
 };
 

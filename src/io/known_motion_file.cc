@@ -28,7 +28,7 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
 
 /// `start_s` and `end_s`, in the log's time.
 void TimeFields(FieldReader& visit, TimeRange* times) {
-  // The range of an int64 of nanoseconds.
+  // An int64 of nanoseconds holds times up to 9.2e9 s.
   constexpr double kFurthestS = 9.2e9;
   constexpr double kNsPerS = 1e9;  // 1 s is 1e9 ns.
   constexpr Range kLogTime{-kFurthestS, kFurthestS, "seconds of the log's time"};
@@ -41,7 +41,7 @@ void TimeFields(FieldReader& visit, TimeRange* times) {
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
 }
 
-/// `first` and `last`, `start_s` and `end_s`, or a pose's number at `pose_key`.
+/// A motion's place: `first` and `last`, `start_s` and `end_s`, or a pose's number at `pose_key`.
 void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* place) {
   place->stated_in = visit.map().file() + ":" + std::to_string(visit.map().line());
   const bool has_pose = visit.Has(pose_key);
@@ -108,8 +108,8 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
                "its rate is zero, which says nothing where no axis is known; leave it out");
   double sigma_radps = defaults.sigma_radps;
   visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
-  // A direction with a small angular error changes the rate perpendicular to itself. An unknown
-  // direction is estimated.
+  // A small angular error of the direction changes the rate perpendicular to it. An unknown
+  // direction is estimated instead.
   const double across_radps =
       rate.is_axis_known ? defaults.axis_sigma_rad * rate.rate_radps.norm() : 0.0;
   const Eigen::Vector3d along = rate.rate_radps.stableNormalized();

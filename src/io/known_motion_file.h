@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-/// Defaults of the turns of a file.
+/// Values for the turns of a file that do not state them.
 struct TurnDefaults {
   double sigma_rad = 0.0;
   double axis_sigma_rad = 0.0;
@@ -25,7 +25,7 @@ struct TurnDefaults {
 Result<std::vector<StatedTurn>> ReadStatedTurns(const std::string& path,
                                                 const TurnDefaults& defaults);
 
-/// Defaults of the rates of a file.
+/// Values for the rates of a file that do not state them.
 struct RateDefaults {
   double sigma_radps = 0.0;     ///< Of the rate, on each axis.
   double axis_sigma_rad = 0.0;  ///< Of its direction, about each perpendicular axis.
@@ -36,12 +36,12 @@ struct RateDefaults {
 ///
 ///   rates: [ { first, last | start_s, end_s | pose, axis, degps, sigma_degps?, id? }, … ]
 ///
-/// or, instead of `axis` and `degps`, `rate_degps: [x, y, z]` in the body frame. Where axes are
+/// or, instead of `axis` and `degps`, `rate_degps: [x, y, z]` in the body frame. If axes are
 /// unknown, `axis` may be missing.
 Result<std::vector<StatedRate>> ReadStatedRates(const std::string& path,
                                                 const RateDefaults& defaults);
 
-/// The texts that these functions read, with the digits of a double.
+/// Texts that the two functions above read, with all digits of a double.
 std::string StatedTurnsToYaml(const std::vector<StatedTurn>& turns);
 std::string StatedRatesToYaml(const std::vector<StatedRate>& rates);
 

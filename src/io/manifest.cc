@@ -24,7 +24,7 @@ struct Manifest {
   Tags tags;
   std::vector<ManifestStream> streams;
   std::optional<PoseSelection> poses;
-  std::string pose_file;  ///< The file of `poses`.
+  std::string pose_file;  ///< The file that `poses` names, if any.
   std::optional<ColumnReference> pose_column;
 };
 
@@ -97,7 +97,7 @@ bool ReadAs(Separator, YamlReader reader, char* separator) {
   return false;
 }
 
-/// Conversion of a chip's temperature register: unit per count `scale`, 0 counts at `offset`.
+/// Conversion of a chip's temperature register: `scale` units per count, `offset` at 0 counts.
 void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   double scale = 1.0, offset = 0.0;
   visit("scale", scale, kAnyNumber);
@@ -291,7 +291,7 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   return {};
 }
 
-/// The file of the layout that holds `stream`, opened for its first stream.
+/// Of `files` the one that holds `stream`, opened for its first stream; `stated`: their layouts.
 Result<FileLayout*> FileOf(const ManifestStream& stream,
                            std::vector<CsvLayout>* stated,
                            std::vector<FileLayout>* files) {

@@ -12,10 +12,10 @@
 
 namespace truetriad {
 
-/// A column as a manifest names it, and the place where it does.
+/// A column as a manifest names it, and the place in the manifest.
 struct ColumnReference {
   std::string text;                  ///< A header name or a 0-based index.
-  std::optional<YamlReader> stated;  ///< Unset where the caller names it.
+  std::optional<YamlReader> stated;  ///< The place; unset if the caller names the column.
 };
 
 /// A triad as a manifest or a mapping describes it.

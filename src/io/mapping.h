@@ -8,7 +8,7 @@
 
 namespace truetriad {
 
-/// The description of a log by a mapping.
+/// What a mapping states about the logs that it is for.
 struct MappingInfo {
   std::string about;                ///< One line.
   std::vector<std::string> inputs;  ///< The kind of each input file, in order.
@@ -19,8 +19,8 @@ Result<MappingInfo> ReadMappingInfo(const std::string& text, const std::string& 
 /// `directory`; it names the `inputs` by their path from there. docs/converting.md describes the
 /// YAML `text` of a mapping; `name` replaces it in messages.
 ///
-/// The first candidate of a triad whose columns the file has is used. Error: malformed mapping;
-/// another number of inputs; a missing first line or missing columns.
+/// Of the mapping's candidates for a triad, the first whose columns the file has is used. Error:
+/// malformed mapping; another number of inputs; a missing first line or missing columns.
 Result<std::string> ManifestFromMapping(const std::string& text,
                                         const std::string& name,
                                         const std::vector<std::string>& inputs,

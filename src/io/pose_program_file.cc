@@ -15,7 +15,7 @@ namespace truetriad {
 namespace {
 
 /// Quaternions written by hand have few digits: with 0.7071 twice the length is wrong by 1e-5. A
-/// larger error is a mistake, such as angles instead.
+/// larger error is a mistake, such as angles in place of a quaternion.
 constexpr double kUnitLengthTolerance = 1e-3;
 /// A length within rounding of 1 is kept, so that a file reads back to the same bits.
 constexpr double kExactUnitLength = 1e-14;
@@ -40,7 +40,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
 }
 
 void PoseFields(FieldReader& visit, ProgramPose& pose) {
-  visit.Has("number");  // For readers; the order in the file counts.
+  visit.Has("number");  // For human readers; the order in the file counts.
   visit.Require("attitude");
   ReadAttitude(visit.Child("attitude"), &pose.world_from_body);
   visit("temperature_degc", pose.temperature_degc, kTemperatureDegc);

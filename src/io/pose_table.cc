@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// Far more than averaged poses: a larger table is a log without its time column.
+/// Far more rows than a table of averaged poses has: a larger one is a log without its time column.
 constexpr std::size_t kMaxPoses = 100'000;
 
 constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
@@ -232,8 +232,8 @@ bool StandAlike(const StaticPose& a, const StaticPose& b) {
 /// such rows are from a stuck sensor, copied or rounded, and add no information.
 class DuplicateFinder {
  public:
-  /// Whether the row repeats one of `poses` in the same attitude, so that both count once. `lines`
-  /// are those of `poses`; rows that do not repeat another are added to both.
+  /// Whether the row repeats one of `poses` in the same attitude, so that both count once. `lines`:
+  /// the line of each of `poses`. The caller adds all other rows to both vectors.
   bool CountsAlready(const StaticPose& pose,
                      std::int64_t line,
                      const std::vector<StaticPose>& poses,
@@ -284,8 +284,8 @@ class DuplicateFinder {
   }
 
  private:
-  std::unordered_map<std::string, std::size_t> first_of_;  // By the bits of the readings.
-  std::size_t last_ = 0;                                   // The row before, or what it repeats.
+  std::unordered_map<std::string, std::size_t> first_of_;  // Index of the first pose, by its bits.
+  std::size_t last_ = 0;                                   // The previous row's entry of first_of_.
   // `held_`: rows that repeat the previous row, as a slow sensor's readings do in a fast log.
   std::int64_t counted_once_ = 0, held_ = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // Of a row and its repetition.
@@ -305,7 +305,7 @@ class ImpossibleReadings {
     }
   }
 
-  /// `lines` are those of `poses`.
+  /// `lines`: the line of each of `poses`.
   void TakeFar(const std::vector<std::int64_t>& lines, std::vector<StaticPose>* poses) {
     for (const Triad triad : kVectorTriads) {
       const auto limits = LimitsOf(triad, *poses);
@@ -330,9 +330,9 @@ class ImpossibleReadings {
 
  private:
   static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
-  /// A reading is too far if it exceeds, by this factor, both the length of four of five readings
-  /// and their distance from the median: on a sphere none is twice as far from the median as most,
-  /// and an offset does not lengthen one reading alone.
+  /// A reading is too far if its length, and its distance from the median, are both more than this
+  /// factor times the value that four of five readings stay below: on a sphere none is twice as far
+  /// from the median as most, and an offset does not lengthen one reading alone.
   static constexpr double kFar = 10.0;
   static constexpr double kUsualShare = 0.8;  // Four of five, so that one of five may be far.
   static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
@@ -416,8 +416,8 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
 }
 
-/// Readings that repeatedly equal an axis' extreme show the range limit of the sensor. `read`:
-/// rows, including those that count once with the row they repeat.
+/// Refuses readings that repeatedly equal an axis' extreme, which show the range limit of the
+/// sensor. `read`: rows read, including those that count once with the row that they repeat.
 Status RejectClipped(const PoseSet& poses, std::int64_t read) {
   // Up to three equal readings may come from a stuck sensor or copied rows, which have findings of
   // their own.

@@ -27,7 +27,7 @@ class ReadingCorrector {
 
   bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
   bool is_thermal() const { return calibration_.thermal.has_value(); }
-  /// Every reading is corrected in the same way and independently: correction * (raw - bias).
+  /// Whether each reading is corrected alike and by itself: correction * (raw - bias).
   bool is_linear() const {
     return !is_thermal() && !needs_force() &&
            std::none_of(calibration_.model.axis_terms.begin(),
@@ -35,7 +35,7 @@ class ReadingCorrector {
                         [](const Eigen::Vector3d& term) { return !term.isZero(0.0); });
   }
 
-  /// For linear corrections: `count` readings, x y z x y z …. `truth` may be `raw`.
+  /// Corrects `count` readings, stored as x y z x y z …, if is_linear(). `truth` may be `raw`.
   void CorrectAll(const double* raw, std::size_t count, double* truth) const {
     const Eigen::Matrix3d correction = correction_;
     const Eigen::Vector3d bias = bias_;
@@ -99,7 +99,7 @@ class ReadingCorrector {
   }
 
   void SetTemperature(double temperature_degc) {
-    if (temperature_degc == temperature_degc_) return;  // As most: logged in steps.
+    if (temperature_degc == temperature_degc_) return;  // Mostly so: it is logged in steps.
     temperature_degc_ = temperature_degc;
     const ThermalTerms& thermal = *calibration_.thermal;
     const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);

@@ -43,7 +43,7 @@ class Stream {
   Result<SampleBlock> Take(const CsvReader& csv,
                            std::size_t row_count,
                            std::span<const std::int64_t> shifts_ns) {
-    if (windows_ && row_count == 0) return windows_->Finish(triad());  // Windows that end here.
+    if (windows_ && row_count == 0) return windows_->Finish(triad());  // At the end of the file.
     SelectRows(csv, row_count);
     SampleBlock block;
     block.triad = triad();
@@ -90,7 +90,7 @@ class Stream {
       windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
 
-  /// Passes on the times of rows without a reading: one may be that of a window.
+  /// Gives `windows_` the times of rows without a reading: one may be the time of a window.
   void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {
     if (all_) return;
     const std::int64_t* const stated = csv.Times(layout_.time.column);
@@ -104,7 +104,7 @@ class Stream {
     }
   }
 
-  /// Times in which a missing one is the last known before it, or else the first known.
+  /// The times, a missing one being replaced by the last known before it, or by the first known.
   std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
     known_.assign(times_ns.begin(), times_ns.end());
     const auto is_known = [](std::int64_t time_ns) { return time_ns != CsvReader::kMissingTime; };
@@ -166,7 +166,7 @@ class Stream {
     return times_;
   }
 
-  /// Scales a time; a sample number comes in units of 1e-9 if the rate is not 1.
+  /// Scales a time to ns. If the rate is not 1, it is a sample number in units of 1e-9.
   std::int64_t Scaled(std::int64_t value) const {
     const double rate_hz = layout_.time.rate_hz;
     if (value == CsvReader::kMissingTime || rate_hz == 1.0) return value;
@@ -214,11 +214,11 @@ class Stream {
     std::int64_t time_ns = 0;
     bool is_new = false;
     std::optional<double> count;  ///< Of a register, continued across wraps.
-    std::vector<double> values;   ///< For the block.
+    std::vector<double> values;   ///< Of the block's samples, degC.
   };
 
-  /// A temperature that is logged less often holds until the next one, but not longer than
-  /// kLongestHoldNs. Error: a number that the register cannot have.
+  /// A temperature that is logged less often than readings holds until the next one, but not longer
+  /// than kLongestHoldNs. Error: a number that the register cannot have.
   Result<std::span<const double>> Temperatures(const CsvReader& csv,
                                                const TemperatureColumn& column,
                                                std::span<const std::int64_t> times_ns,
@@ -358,8 +358,8 @@ struct File {
   }
 };
 
-/// The time column of all sensors; unset where there are several, whose pieces could not be
-/// assigned to each other, or where times count samples.
+/// The one time column of all sensors. Unset if there are several, whose pieces could not be
+/// assigned to each other, or if its times count samples or are those of windows.
 std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files) {
   if (files.size() != 1) return std::nullopt;
   const TimeColumn& first = files[0].streams.front().time;
@@ -452,7 +452,7 @@ class RecordingSource : public SampleSource {
   RecordingSource(RecordingInfo info, std::vector<File> files, std::optional<InputFile> manifest)
       : info_(std::move(info)), files_(std::move(files)), manifest_(std::move(manifest)) {}
 
-  /// The file with the earliest last time; null when all are read.
+  /// The unfinished file whose last time is the earliest; null if all are read.
   File* MostLagging() {
     File* lagging = nullptr;
     for (File& file : files_) {

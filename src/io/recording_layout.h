@@ -25,7 +25,7 @@ struct TimeColumn {
   Kind kind = Kind::kNone;
   std::size_t column = 0;
   int power = 9;         ///< time_ns = value * 10^power / rate.
-  double rate_hz = 1.0;  ///< Not 1 only for sample numbers or row numbers.
+  double rate_hz = 1.0;  ///< Other than 1 only if the time counts samples or rows.
 };
 
 /// The temperature column and its unit.
@@ -87,18 +87,18 @@ struct HeaderColumn {
 };
 HeaderColumn ParseHeaderColumn(const std::string& field);
 
-/// Replaces the name of a column that has none.
+/// Stands for the name of a first column that has none.
 inline constexpr std::string_view kUnnamedRowNumbers = "without a name (row numbers)";
 
-/// Names are compared without regard to case.
+/// `text` in lower case: names are compared without regard to case.
 std::string LowerCase(std::string text);
 
-/// The name in this project for the likely content of a column, without an axis `accel_`; empty
-/// where nothing that is read is likely.
+/// This project's name for the likely content of a column: "accel_x", or "accel_" if the axis is
+/// unclear; empty if it is probably nothing that is read.
 std::string SeeminglyCalled(const std::string& column);
 
 /// The unit that the last word of a column's name indicates, in this program's spelling: "ms" for
-/// "t_ms"; empty where there is none.
+/// "t_ms"; empty if it indicates none.
 std::string SeeminglyIn(const std::string& column);
 
 /// Reads the columns of a self-describing header one by one, each at most once.
@@ -137,14 +137,14 @@ class HeaderColumns {
   bool HasTaken(std::string_view name) const;
   /// "time, accel_x, …": the names of all columns.
   std::string Names() const;
-  /// The header with the likely names of its columns; empty where one is unclear.
+  /// The header with the likely names of its columns; empty if one is unclear.
   std::string Understandable() const;
 
   FilePlace place_;
   std::vector<HeaderColumn> columns_;
   std::vector<bool> taken_;
   std::vector<std::string> asked_;
-  bool may_number_rows_ = false;  ///< For the first column.
+  bool may_number_rows_ = false;  ///< The first column may be row numbers.
 };
 
 /// The time column of a self-describing header; kNone without one. The unit is s, ms, us or ns.

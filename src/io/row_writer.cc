@@ -19,7 +19,7 @@ constexpr std::array<double, 16> kPowersOfTen = {
 /// From 2^52 on a double has no fraction, and halves could not be rounded.
 constexpr double kNoFraction = 0x1p52;
 
-/// value * 10^decimals, halves away from zero; nullopt when it must be written in full.
+/// value * 10^decimals, rounded (halves away from zero); nullopt for kShortest or if too large.
 std::optional<std::int64_t> Scaled(double value, int decimals) {
   if (decimals < 0) return std::nullopt;
   const double scaled = value * kPowersOfTen[static_cast<std::size_t>(decimals)];
@@ -163,9 +163,9 @@ Status RowWriter::WriteRows(bool at_end, ReadingChange* change) {
   return file_.status();
 }
 
-/// Whether no later sample can belong before the first waiting one.
+/// Whether a row can be written: each triad has a waiting sample, or one has too many.
 bool RowWriter::NothingMissing() const {
-  // Samples: 8 s at 32 kHz, in 12 MB.
+  // In samples of a triad: 8 s at 32 kHz, in 12 MB.
   constexpr std::size_t kMostWaiting = 1U << 18U;
   bool any_empty = false;
   for (const WaitingSamples& waiting : waiting_) {

@@ -51,8 +51,8 @@ class RowWriter {
   void WriteHeader();
   void Add(const SampleBlock& block);
   /// Writes the rows whose samples are complete; at the end, all that wait. To bound the memory,
-  /// the others do not wait for a triad that has ended or pauses for long. Error: samples are too
-  /// far out of order; the file cannot be written.
+  /// other triads do not wait for one that has ended or pauses for long. Error: samples are too far
+  /// out of order; the file cannot be written.
   Status WriteRows(bool at_end, ReadingChange* change = nullptr);
   Status Commit() { return file_.Commit(); }
   Status status() const { return file_.status(); }

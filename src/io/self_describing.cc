@@ -10,10 +10,10 @@
 namespace truetriad {
 namespace {
 
-/// A unit for messages about a missing one.
+/// The unit that messages about a missing unit give as an example.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
-/// Usual names of quantities; a single letter counts only before an axis.
+/// Beginnings of usual column names, a letter that means as much before an axis, and our name.
 struct Calling {
   std::string_view beginning, letter, name;
 };
@@ -85,7 +85,7 @@ std::string LowerCase(std::string text) {
 std::string SeeminglyCalled(const std::string& column) {
   const auto [letters, unit] = TakenApart(column);
   if (letters == "t" || letters == "ts" || letters == "stamp") return "time";
-  // "ms" or "micros" alone.
+  // A name that is only a unit of time, such as "ms" or "micros".
   if (unit != nullptr && unit->is_time && letters == unit->word && letters.size() > 1)
     return "time";
   const char last = letters.empty() ? ' ' : letters.back();
@@ -279,7 +279,7 @@ std::string HeaderColumns::Understandable() const {
     if (stated.empty() && called == "temperature") stated = "degC";
     header += (column == 0 ? "" : ",") + called + (stated.empty() ? "" : "[" + stated + "]");
   }
-  // It must have a sensor.
+  // The header must have the three axes of a sensor.
   const auto has = [&names](const std::string& name) {
     return std::find(names.begin(), names.end(), name) != names.end();
   };

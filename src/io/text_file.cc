@@ -21,7 +21,7 @@
 namespace truetriad {
 namespace {
 
-/// Logs have shorter lines; without a bound a binary file without '\n' would fill the memory.
+/// Longest line, bytes: logs have shorter ones; binary data without '\n' must not fill the memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
 /// Least room in the buffer, also for the read that finds the end of a small file.
 constexpr std::size_t kLeastRoom = 8U << 10;
@@ -29,8 +29,8 @@ constexpr std::size_t kLeastRoom = 8U << 10;
 struct Magic {
   std::string_view bytes;
   std::string_view format;
-  std::string_view convert_from = {};  // For `truetriad convert`; empty: it reads none.
-  std::string_view decode_first = {};  // To be done before `truetriad convert`.
+  std::string_view convert_from = {};  // For `convert --from=`; empty: convert cannot read this.
+  std::string_view decode_first = {};  // What to do before `truetriad convert`; may be empty.
 };
 
 using std::string_view_literals::operator""sv;
@@ -67,7 +67,7 @@ constexpr std::array<Magic, 22> kForeignFormats = {{
 
 }  // namespace
 
-/// SHA-256. It is outside of the namespace above because TextFile has a member of it.
+/// Computes a SHA-256. It is not in the namespace above because TextFile::Bytes has such a member.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -124,7 +124,7 @@ class TextFile::Bytes {
   std::string digest_;
 };
 
-/// Streaming gzip decompression; a file of several gzip members is their texts one after another.
+/// Streaming gzip decompression. The texts of a file of several gzip members follow one another.
 class TextFile::Inflater {
  public:
   explicit Inflater(std::string_view first_bytes)
@@ -132,14 +132,14 @@ class TextFile::Inflater {
     std::copy(first_bytes.begin(), first_bytes.end(), input_.begin());
     stream_.next_in = Input();
     stream_.avail_in = static_cast<unsigned>(first_bytes.size());
-    constexpr int kGzipWithLargestWindow = 15 + 16;  // zlib: 2^15 bytes; + 16: gzip header.
+    constexpr int kGzipWithLargestWindow = 15 + 16;  // 15: 2^15 bytes; + 16: a gzip header.
     ready_ = inflateInit2(&stream_, kGzipWithLargestWindow) == Z_OK;
   }
   ~Inflater() { inflateEnd(&stream_); }
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  /// Fills `data` from `bytes`; fewer than `capacity` only at the end.
+  /// Fills `data` with text from `bytes`; with less than `capacity` bytes only at the end.
   Result<std::size_t> Read(Bytes* bytes, char* data, std::size_t capacity) {
     if (!ready_)
       return Error(ErrorCode::kUnreadableFile, "cannot be decompressed: no memory for zlib");
@@ -215,7 +215,7 @@ TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t c
 
 std::size_t TextFile::Room() const {
   if (inflater_ != nullptr) return 2 * chunk_bytes_;
-  // A file that still grows is read in the same steps.
+  // A file that grows while it is read is read in steps of the same size.
   const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
   return std::min(stored, chunk_bytes_) + std::min(stored, chunk_bytes_) + kLeastRoom;
 }
@@ -251,7 +251,7 @@ Status TextFile::RecogniseContent() {
       return Error(ErrorCode::kWrongFormat, {path_}, message);
     }
   }
-  constexpr std::size_t kSample = 4096;  // The parser reports a later NUL.
+  constexpr std::size_t kSample = 4096;  // Bytes; the parser reports a later NUL.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
     return Error(ErrorCode::kWrongFormat, {path_}, "is a binary file; expected CSV text");
   }
@@ -322,7 +322,7 @@ double TextFile::progress() const { return bytes_->progress(); }
 std::string TextFile::Sha256() const { return bytes_->digest(); }
 
 std::string_view ForeignFormatOf(const std::string& path) {
-  std::string start(64, '\0');  // More than any entry of the table has.
+  std::string start(64, '\0');  // More bytes than an entry of kForeignFormats has.
   std::ifstream file(path, std::ios::binary);
   file.read(start.data(), static_cast<std::streamsize>(start.size()));
   for (const Magic& magic : kForeignFormats) {

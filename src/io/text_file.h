@@ -13,23 +13,23 @@ namespace truetriad {
 /// A text file, plain or gzip (recognised by its first bytes, not its name), read once from front
 /// to back in runs of whole lines, and hashed while the bytes are in the cache.
 ///
-/// Memory does not depend on the file's length. The bytes are read, not mapped: a log that another
-/// program truncates meanwhile is then an error and not a signal, and pages do not accumulate.
+/// Memory does not depend on the file's length. The bytes are read, not mapped: if another program
+/// truncates the log meanwhile, that is an error and not a signal, and pages do not accumulate.
 class TextFile {
  public:
   /// Bytes read at a time: few enough to be still in the second-level cache when they are parsed
   /// after hashing, and enough to make system calls rare.
   static constexpr std::size_t kChunkBytes = 256U << 10;
 
-  /// Error: missing, unreadable, a folder or device, empty, or (named where known) a binary format.
+  /// Error: missing, unreadable, a folder or device, empty, or of a binary format (named if known).
   static Result<std::unique_ptr<TextFile>> Open(const std::string& path,
                                                 std::size_t chunk_bytes = kChunkBytes);
   ~TextFile();
   TextFile(const TextFile&) = delete;
   TextFile& operator=(const TextFile&) = delete;
 
-  /// The next lines, each with its '\n' (added when the file's last line lacks it); empty at the
-  /// end. A byte-order mark is left out. Valid until the next call.
+  /// The next lines, each with its '\n' (added if the file's last line lacks it); empty at the end.
+  /// A byte-order mark is left out. The text is valid until the next call.
   /// Error: damaged or truncated gzip, read failure, an endless line.
   Result<std::string_view> Next();
 
@@ -39,11 +39,11 @@ class TextFile {
   /// Share of the file's bytes already read, 0…1.
   double progress() const;
 
-  /// SHA-256 of the file's bytes (as stored, so of the compressed ones of a gzip), lower-case hex;
-  /// complete once Next has returned nothing.
+  /// SHA-256, in lower-case hex, of the file's bytes as stored, which are the compressed ones of a
+  /// gzip file. Empty before the end of the file is read.
   std::string Sha256() const;
 
-  /// An upper bound of the bytes of text: the file's size; without bound if compressed.
+  /// An upper bound of the bytes of text: the file's size, or the largest number if compressed.
   std::size_t MostBytes() const;
 
   const std::string& path() const { return path_; }
@@ -54,7 +54,7 @@ class TextFile {
 
   TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t chunk_bytes);
   Status RecogniseContent();
-  /// Wanted size of the buffer beyond its content: a small file needs no large one.
+  /// Wanted free room in the buffer after its content, bytes: a small file needs little.
   std::size_t Room() const;
   /// Fills the buffer; sets at_end_ at the end of the file.
   Status Fill();
@@ -70,8 +70,8 @@ class TextFile {
   bool ended_mid_line_ = false;
 };
 
-/// The format that `truetriad convert --from=` reads and that a file begins like ("ulog"), or
-/// empty.
+/// How `truetriad convert --from=` names the format that a file begins like ("ulog"); empty if it
+/// does not read that format directly.
 std::string_view ForeignFormatOf(const std::string& path);
 
 /// SHA-256 of `bytes`, lower-case hex.

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTemporary = ".tmp-";
 
-/// The scope in which process numbers are unique: one host, and one container on it.
+/// Identifies the scope in which process numbers are unique: one host, and one container on it.
 std::string Numbering() {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
@@ -51,7 +51,7 @@ std::string WriterName(pid_t process) {
 
 int LastFailure() { return errno != 0 ? errno : EIO; }
 
-/// File systems without fsync (EINVAL, ENOTSUP) are not an error.
+/// Whether fsync succeeded; file systems without it (EINVAL, ENOTSUP) count as successful.
 bool IsOnDisk(int descriptor) {
   return fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP;
 }

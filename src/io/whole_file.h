@@ -16,9 +16,9 @@ namespace truetriad {
 /// A name beside `path` that no other writer uses, for a file or folder that is renamed when it is
 /// complete. Files of killed writers of this machine in that folder are removed first.
 std::string TemporaryNameBeside(const std::string& path);
-/// Whether `name` is such a name: its file is not complete yet.
+/// Whether `name` is a temporary name: its file is not complete yet.
 bool IsTemporaryName(std::string_view name);
-/// Flushes the folder of a file, so that its name is on the disk. False, with errno: it failed.
+/// Flushes the folder of a file, so that its name is on the disk. False with errno set: it failed.
 bool IsFolderOnDisk(const std::string& path);
 
 /// A file that appears under its name only when it is complete and on the disk: it is written
@@ -39,7 +39,7 @@ class WholeFile {
   int failure() const { return failure_; }
   Status status() const;
 
-  /// Closes the file, which is then on the disk but without its name. Nothing can be written
+  /// Closes the file, which is then on the disk under its temporary name. Nothing can be written
   /// afterwards.
   Status Finish();
   /// Finishes the file and renames it.
@@ -62,7 +62,7 @@ class WholeFile {
 class WholeFiles {
  public:
   Status Write(const std::string& path, std::string_view text);
-  /// Renames them in the order in which they were written.
+  /// Renames the files in the order in which they were written.
   Status Commit();
 
  private:

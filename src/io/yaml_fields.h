@@ -29,7 +29,7 @@ class YamlFieldWriter {
   static constexpr bool kReads = false;
   enum class Place { kLines, kFlowMap, kRow };
 
-  /// `digits`: as of a YamlText.
+  /// `digits`: significant digits, as in YamlText.
   explicit YamlFieldWriter(int digits = 0, std::size_t indent = 0, Place place = Place::kLines)
       : digits_(digits), indent_(indent, ' '), place_(place) {}
 
@@ -75,7 +75,7 @@ class YamlFieldWriter {
   const std::string& text() const { return text_; }
 
  private:
-  // A value follows its key, or begins with the end of the key's line.
+  // A value follows its key on the same line, or begins with a line end.
   void Add(std::string_view key, const std::string& value) {
     const std::string_view blank = value.starts_with('\n') ? "" : " ";
     if (place_ == Place::kLines) {
@@ -225,7 +225,7 @@ bool ReadMatrix(YamlReader reader, Eigen::Index size, Matrix* matrix) {
   return true;
 }
 
-/// A word that `from_name` knows.
+/// Reads a word that `from_name` knows.
 template <typename T>
 bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view), T* value) {
   std::string word;

@@ -33,7 +33,7 @@ std::string Join(const std::set<std::string, std::less<>>& words) {
   return joined;
 }
 
-/// The number of the first such line, from 1; 0 if there is none.
+/// The number, from 1, of the first line that is indented by a tab; 0 if there is none.
 int LineIndentedByTab(const std::string& text) {
   std::istringstream lines(text);
   int number = 0;
@@ -45,8 +45,8 @@ int LineIndentedByTab(const std::string& text) {
   return 0;
 }
 
-/// "; …" where a name such as `time[s]` is inside braces or brackets, on the line where reading
-/// ended (from 0) or the one before; else empty.
+/// A hint, "; …", if a name such as `time[s]` is inside braces or brackets on the line `ended`
+/// (from 0), where reading ended, or on the line before; else empty.
 std::string HintOfBrackets(const std::string& text, int ended) {
   std::istringstream lines(text);
   std::string line;

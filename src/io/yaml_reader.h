@@ -41,7 +41,7 @@ class YamlReader {
     return RequireChild(key).Read(value);
   }
 
-  /// Reads the value of `key` if there is one. True when it was read; wrong is an error.
+  /// Reads the value of `key` if there is one. True if it was read; a wrong value is an error.
   template <typename T>
   bool Optional(std::string_view key, T* value) {
     YamlReader child = Child(key);
@@ -50,7 +50,7 @@ class YamlReader {
 
   /// The value of `key`; false in a condition when there is none.
   YamlReader Child(std::string_view key);
-  /// The same, where its absence is an error.
+  /// As Child, but a missing key is an error.
   YamlReader RequireChild(std::string_view key);
 
   /// This value itself: a text, a finite number, an integer, true/false, or a list of numbers.
@@ -107,17 +107,17 @@ class YamlReader {
   void RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors);
   bool ReadScalar(std::string_view expected, std::string* text);
 
-  YAML::Node node_;  ///< The value, or its parent when there is none: then only for the line.
+  YAML::Node node_;  ///< The value; without one its parent, used only for the line.
   bool present_ = true;
   std::string name_;
   std::shared_ptr<Shared> shared_;
   std::set<std::string, std::less<>> asked_;
 };
 
-/// Reads a whole file of the kind that is written by hand. Error: missing, unreadable, a folder, or
-/// larger than such files are.
+/// Reads a small file as text and guards it as an input. Error: it is missing, unreadable, a
+/// folder, or larger than files written by hand are.
 Result<std::string> ReadSmallFile(const std::string& path);
-/// The same for a file that may be overwritten, since it is not an input.
+/// As ReadSmallFile, but the file is not guarded: it may be overwritten.
 Result<std::string> LookAtSmallFile(const std::string& path);
 
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-/// Characters that YAML does not allow unescaped, or that some readers take for a line end.
+/// Whether YAML does not allow a character unescaped, or some readers take it for a line end.
 bool NeedsEscape(std::uint32_t code) {
   constexpr std::uint32_t kLineSeparator = 0x2028, kParagraphSeparator = 0x2029;  // Unicode's.
   constexpr std::uint32_t kByteOrderMark = 0xFEFF;                                // Unicode's.

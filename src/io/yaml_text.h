@@ -17,10 +17,9 @@ struct Quoted {
   std::string_view text;
 };
 
-/// Writes YAML text without yaml-cpp's emitter, which would add half of the cost of a whole
-/// calibration (65 million instructions for the file of configs/experiments/joint.yaml, to 124
-/// million in all). Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are
-/// flow lists of rows.
+/// Writes YAML text without yaml-cpp's emitter, which would make a whole calibration half as costly
+/// again (for configs/experiments/joint.yaml, 65 million instructions more than 124 million).
+/// Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are flow lists of rows.
 class YamlText {
  public:
   /// `digits`: significant digits of every number; 0: the fewest that read back to the same bits.

@@ -33,7 +33,7 @@ Json PlainTree(const std::string& word) {
   return word;
 }
 
-/// Becomes null from the value on that uses up `values_left`.
+/// The node as JSON. Once `values_left` values are used up, all further ones are null.
 Json TreeOf(const YAML::Node& node, std::size_t* values_left) {
   if (*values_left == 0 || --*values_left == 0) return nullptr;
   if (node.IsMap()) {

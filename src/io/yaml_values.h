@@ -20,16 +20,16 @@
 namespace truetriad {
 
 // Kinds of values in files that users write. Each kind of value is read by
-//   bool ReadAs(kind, reader, &value)   true when it was read; false when it is missing or wrong,
-//                                       which is then an error of its file
-// and those that are written back have
+//   bool ReadAs(kind, reader, &value)   true if it was read; false if it is missing, or wrong:
+//                                       only a wrong one is an error of its file
+// and kinds that are written back have
 //   std::string TextOf(kind, value)     YAML in one line; empty: the key is left out.
 
 /// A number in a range; the type of the value decides whether it must be whole.
 struct Range {
   double lowest = -std::numeric_limits<double>::infinity();
   double highest = std::numeric_limits<double>::infinity();
-  std::string_view expected;  ///< "a positive number".
+  std::string_view expected;  ///< For messages: "a positive number".
 };
 constexpr Range kAnyNumber{.expected = "a number"};
 constexpr Range kPositive{.lowest = std::numeric_limits<double>::denorm_min(),
@@ -49,7 +49,7 @@ bool ReadAs(const Range& range, YamlReader reader, std::int64_t* value);
 /// Three numbers, or three rows of three, each in a range.
 struct Entries {
   Range range = kAnyNumber;
-  bool may_be_one = false;  ///< One number may replace all.
+  bool may_be_one = false;  ///< One number may stand for all.
   bool may_be_inf = false;  ///< `.inf` states that a σ is unlimited.
 };
 constexpr Entries kNumbers{};
@@ -59,7 +59,7 @@ constexpr Entries kSigmas{kPositive, true, true};
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Vector3d* value);
 bool ReadAs(const Entries& entries, YamlReader reader, Eigen::Matrix3d* value);
 
-/// x, y, z, their opposites, or a vector other than zero, which is not normalised.
+/// An axis: x, -x, y, … or a vector other than zero, which is not normalised.
 struct BodyAxis {};
 bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis);
 
@@ -71,7 +71,7 @@ inline bool ReadAs(NumberList, YamlReader reader, std::vector<double>* value) {
 /// Free text, which is quoted when it is written.
 struct Text {
   bool is_name = false;      ///< One line of limited length.
-  bool is_left_out = false;  ///< If it is empty.
+  bool is_left_out = false;  ///< An empty text is not written.
 };
 constexpr Text kName{.is_name = true};
 constexpr Text kAnyText{};
@@ -109,7 +109,7 @@ struct ReadingsUnit {
 };
 bool ReadAs(const ReadingsUnit& kind, YamlReader reader, Unit* value);
 
-/// `number`, `{ value, sigma }` or `unknown`; the parts that were stated.
+/// A number stated as `number`, `{ value, sigma }` or `unknown`: its parts, if they were stated.
 struct Stated {
   std::optional<double> value;
   std::optional<double> sigma;
@@ -121,7 +121,7 @@ struct StatedNumber {
 bool ReadAs(const StatedNumber& kind, YamlReader reader, Stated* stated);
 std::string TextOf(const StatedNumber& kind, const Stated& stated);
 
-/// Values that are written as they are.
+/// The text of a value, of any kind, that YamlText itself can write.
 template <typename Kind, typename Value>
 requires requires(YamlText& text, const Value& value) { text << value; }
 std::string TextOf(const Kind&, const Value& value) { return (YamlText() << value).str(); }
@@ -134,7 +134,7 @@ auto Named(std::string_view (*name)(T), T first, More... more) {
   return NamedValues<T, 1 + sizeof...(More)>{{{first, name(first)}, {more, name(more)}...}};
 }
 
-/// "none, estimate".
+/// The names of all choices, for messages: "none, estimate".
 template <typename T, std::size_t N>
 std::string NamesIn(const NamedValues<T, N>& choices) {
   std::string names;
@@ -163,7 +163,7 @@ std::string TextOf(const NamedValues<T, N>& choices, const T& value) {
 
 // Kinds made of others.
 
-/// An optional value without a statement is left out.
+/// An optional is read only if it is stated, and written only if it has a value.
 template <typename Kind, typename Value>
 bool ReadAs(const Kind& kind, YamlReader reader, std::optional<Value>* value) {
   Value read = value->value_or(Value());
@@ -176,8 +176,8 @@ std::string TextOf(const Kind& kind, const std::optional<Value>& value) {
   return value ? TextOf(kind, *value) : "";
 }
 
-/// A value, or `word` where it is left open: an optional then has no value; an `Open` sets its flag
-/// and the value `left_open`.
+/// A value, or `word` if it is left open: an optional then has no value, and an `Open` has its flag
+/// set and the value `left_open`.
 template <typename Kind, typename Value = int>
 struct OrWord {
   Kind kind;
@@ -223,8 +223,8 @@ std::string TextOf(const OrWord<Kind, Value>& kind, const Open<Value>& open) {
   return open.is_open ? std::string(kind.word) : TextOf(kind.kind, open.value);
 }
 
-/// A list, which replaces that of earlier documents. A list of named values may be a set of flags,
-/// one for each name.
+/// A list; it replaces the list of an earlier document. A list of named values may also be read as
+/// a set of flags, one for each name.
 template <typename Kind>
 struct ListOf {
   Kind kind;
@@ -284,9 +284,9 @@ struct QuantityKey {
 };
 using QuantityKeys = std::vector<QuantityKey>;
 
-/// `stem`_`unit``tail` for every unit of the triad's truth: "bias_mps2", "bias_mg", …
+/// `stem`_`unit``tail` for every unit of the triad's true quantity: "bias_mps2", "bias_mg", …
 QuantityKeys TriadKeys(std::string_view stem, Triad triad, std::string_view tail = "");
-/// `stem`_s, _ms, _us; `stem`, _percent, _ppm; `stem`_rad, _mrad, _deg; `stem`_radps, _degps.
+/// Keys with _s, _ms, _us; nothing, _percent, _ppm; _rad, _mrad, _deg; _radps, _degps after `stem`.
 QuantityKeys TimeKeys(std::string_view stem);
 QuantityKeys ShareKeys(std::string_view stem, std::string_view tail = "");
 QuantityKeys AngleKeys(std::string_view stem);

@@ -11,10 +11,11 @@
 namespace truetriad::line {
 namespace {
 
-// Beyond this p is below 1e-30; the fits for p were made for smaller statistics.
+// A larger Anderson-Darling statistic counts as this one, whose p is below 1e-30; the fits for p
+// were made for smaller ones.
 constexpr double kLargestStatistic = 13.0;
 
-/// p of the statistic that was corrected for the number of values.
+/// p of an Anderson-Darling statistic that has been corrected for the number of values.
 double ProbabilityBeyond(double statistic) {
   const double a = std::min(statistic, kLargestStatistic);
   if (a >= 0.6) return std::exp(1.2937 - 5.709 * a + 0.0186 * a * a);
@@ -27,9 +28,9 @@ double ProbabilityBeyond(double statistic) {
 struct Location {
   double mean = 0.0;
   double lower = 0.0, upper = 0.0;  // limits
-  double doubt = 0.0;               // half the interval of the mean
+  double doubt = 0.0;               // half width of the mean's confidence interval
 
-  /// To the nearer limit; negative beyond it, infinite without limits.
+  /// From the mean to the nearer limit; negative beyond it, infinite without limits.
   double Distance() const { return std::min(upper - mean, mean - lower); }
 };
 

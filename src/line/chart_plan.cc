@@ -20,8 +20,8 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The kernel is a normal density of width λ in an interval of about 6 sqrt(λ / 2). With so many
-// Gauss points it is at least twice as wide as their distance, which gives eight digits of run
+// The number of Gauss points. The kernel is a normal density with σ = λ in an interval of about 6
+// sqrt(λ / 2). σ is at least twice the distance of the points, which gives eight digits of run
 // lengths up to 10^6. The number is even, so that no point is at 0.
 int EwmaPoints(double lambda) { return 10 + 2 * static_cast<int>(7.0 / std::sqrt(lambda)); }
 // Relative accuracy of limits; that of a run length is about 10 times worse.
@@ -49,7 +49,7 @@ Quadrature GaussLegendre(int count) {
 
 double EwmaRunLength(double lambda, double width, double shift) {
   CHECK(lambda >= 0.01 && lambda <= 1.0) << "smoothing constant " << lambda;
-  // Density at `to` of the next value of the EWMA after `from`.
+  // Density at `to` of the EWMA's value that follows the value `from`.
   const auto density = [&](double from, double to) {
     const double x = (to - (1.0 - lambda) * from) / lambda - shift;
     return std::exp(-0.5 * x * x) / (lambda * std::sqrt(2.0 * std::numbers::pi));
@@ -58,7 +58,7 @@ double EwmaRunLength(double lambda, double width, double shift) {
   const Quadrature rule = GaussLegendre(EwmaPoints(lambda));
   const VectorXd points = limit * rule.points, weights = limit * rule.weights;
   const Index count = points.size();
-  // Run length from each point: run = 1 + K W run.
+  // Run lengths of EWMAs that start at the points: run = 1 + K W run (K: densities, W: weights).
   MatrixXd system = MatrixXd::Identity(count, count);
   for (Index row = 0; row < count; ++row) {
     for (Index col = 0; col < count; ++col) {
@@ -72,7 +72,7 @@ double EwmaRunLength(double lambda, double width, double shift) {
 }
 
 double EwmaWidth(double lambda, double run_length) {
-  // The upper end is the limit of single values, since an average is outside less often.
+  // The upper end is exceeded by single values once in two run lengths, by an average less often.
   double low = 0.5, high = -NormalQuantile(0.25 / run_length);
   while (high - low > kLimitAccuracy * high) {
     const double middle = 0.5 * (low + high);

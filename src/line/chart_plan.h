@@ -30,11 +30,11 @@ struct RunningMoments {
 /// c4(n), the mean of the standard deviation of n normal values of σ 1; n >= 2, may be a fraction.
 double C4(double n);
 
-/// Two-sided limit for values in units of a σ estimated with `dof` degrees of freedom; it is
-/// exceeded as often as `width` with a known σ: t_dof(1 - Φ(-width)).
+/// The limit, in units of a σ estimated with `dof` degrees of freedom, that values exceed on either
+/// side as often as `width` in units of a known σ: Student's quantile t_dof(1 - Φ(-width)).
 double PredictiveWidth(double width, double dof);
 
-/// The weights of the units in a moving average that began at 0.
+/// Sums of the weights of the units in an exponentially weighted moving average that began at 0.
 class MovingWeights {
  public:
   explicit MovingWeights(double lambda) : lambda_(lambda) {}
@@ -47,18 +47,19 @@ class MovingWeights {
   }
   void Restart() { all_ = own_ = squares_ = 0.0; }
 
-  /// Variance of the average less `all` times the mean of `count` units, for units of variance 1.
-  /// It accounts exactly for the covariance of own units with the mean, so it is never negative.
+  /// Variance of the average less all_ times the mean of `count` units, for units of variance 1. It
+  /// accounts exactly for the covariance of own units with the mean, so it is never negative.
   double Variance(double count) const { return squares_ + all_ * (all_ - 2.0 * own_) / count; }
 
  private:
   double lambda_;
-  double all_ = 0.0, own_ = 0.0, squares_ = 0.0;  // sums of weights and of their squares
+  double all_ = 0.0, own_ = 0.0, squares_ = 0.0;  // sums: weights, own units' weights, squares
 };
 
-/// Limit of T^2 = d' S^-1 d / (variance of d, in that of single units) over `dimension` parameters
-/// that is exceeded with `probability`, S from `count` units: Fisher's quantile for later units
-/// (the variance of d includes 1 / count of the centre), a beta quantile for own units.
+/// The limit that T^2 = d' S^-1 d / v over `dimension` parameters exceeds with `probability`. d: a
+/// unit's deviation from the centre; v: the variance of d relative to that of single units; S: the
+/// covariance of `count` units. Fisher's quantile for later units (v includes 1 / count of the
+/// centre), a beta quantile for units in S (`own`).
 double HotellingLimit(int dimension, double probability, double count, bool own);
 
 /// The false alarm rate of each chart of a station, and the limits that follow from it.
@@ -72,21 +73,21 @@ struct ChartPlan {
 
   ChartOptions options;
   std::array<double, kChartKindCount> rates{};
-  double ewma_width = 0.0;  // In σ of a known process; 0 without such charts.
+  double ewma_width = 0.0;  // EWMA limit in its own σ for a known process; 0: no EWMA charts.
 };
 
 /// One parameter's values at one station.
 struct ParameterValues {
   int parameter = 0;
   std::vector<int> units;      // units that have a value, in order; indices in LineData::units
-  std::vector<double> values;  // of these
+  std::vector<double> values;  // by `units`
   std::size_t baseline = 0;    // the first `baseline` values are the baseline
   bool own = false;            // all values are the baseline: phase I
-  std::vector<bool> good;      // for the baseline: not an outlier
+  std::vector<bool> good;      // by value of the baseline: it is no outlier
 };
 
-/// The baseline lags the last unit by so many units. A shift of 1 σ is found within a fifth of
-/// that; a shift already inside the baseline would mask itself (see docs/line.md).
+/// The number of units by which the baseline lags the last unit. A shift of 1 σ is found within a
+/// fifth of them, before units after the shift join the baseline and mask it (see docs/line.md).
 inline constexpr std::size_t kBaselineLag = 100;
 /// Limits are recomputed when the baseline has grown by 5 %.
 inline constexpr double kBaselineGrowth = 1.05;
@@ -97,7 +98,7 @@ class ChartWriter {
   /// `count` points will be added, of which the last `most` are kept.
   ChartWriter(ChartKind kind, int parameter, std::size_t count, int most);
 
-  /// An alarm lasts from a point with `alarm` to the last one that follows without interruption.
+  /// Adjacent points with `alarm` are one alarm.
   void Add(const ChartPoint& point, bool alarm);
   bool in_alarm() const { return in_alarm_; }
   /// Sets the parameter that contributes most to the alarm that has just begun.
@@ -107,16 +108,16 @@ class ChartWriter {
   Chart chart;
 
  private:
-  std::size_t skipped_;  // points before those that are kept
+  std::size_t skipped_;  // points still to be dropped before those that are kept
   bool in_alarm_ = false;
   std::vector<ChartAlarm> alarms_;
 };
 
-/// Another sentence of station->note.
+/// Appends a sentence to station->note.
 void AddNote(const std::string& sentence, StationCharts* station);
 
-/// T^2 over those parameters, of which all have a baseline or none; adds to station->dependent and
-/// note. Units in EWMA alarms already found for the station are kept out of the baseline.
+/// T^2 over parameters of which all or none have a separate baseline; adds to station->dependent
+/// and note. Units in EWMA alarms already found for the station are kept out of the baseline.
 void DrawHotelling(const LineData& data,
                    std::vector<ParameterValues> shared,
                    const ChartPlan& plan,
@@ -126,9 +127,9 @@ void DrawHotelling(const LineData& data,
 // with the given limits, for independent normal values with σ = 1.
 
 /// EWMA z_i = λ x_i + (1 - λ) z_(i-1), z_0 = 0, alarm where |z_i| > width * sqrt(λ / (2 - λ)).
-/// `shift`: of the mean of x, from the first value on. Nyström's solution of the integral equation
-/// of Crowder (1987). Limits that widen with time to these values give a few more early alarms: at
-/// λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts); longer ones lose less.
+/// `shift`: mean of x from the first value on. Nyström's solution of the integral equation of
+/// Crowder (1987). Limits that widen to this width with time give more early alarms: at λ = 0.1 a
+/// run length of 500 units becomes 488 ± 2.4 (40,000 charts); longer ones lose less.
 double EwmaRunLength(double lambda, double width, double shift = 0.0);
 
 /// The width with which EwmaRunLength(lambda, width) = run_length; at least 0.5.

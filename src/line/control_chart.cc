@@ -14,18 +14,18 @@
 namespace truetriad::line {
 namespace {
 
-// The first reach is in robust σ about the median, which outliers inflate; later ones are in σ.
+// In robust σ from the median, which outliers inflate: values farther away are outliers.
 constexpr double kFirstReach = 5.0;
-constexpr double kReach = 4.0;   // Excludes one normal value in 16,000.
-constexpr int kMostRounds = 10;  // A set that alternates ends here.
-// Of a value's magnitude: a smaller difference is rounding.
+constexpr double kReach = 4.0;   // Later, in σ from the mean; excludes one normal value in 16,000.
+constexpr int kMostRounds = 10;  // Ends a search that alternates between two sets.
+// Differences below this share of a value's magnitude are rounding errors.
 constexpr double kSame = 1e-12;
 
 // An EWMA alarm ends below this share of its limit, so that a level near the limit is one alarm.
 constexpr double kQuiet = 0.5;
 // σ from differences of neighbours has 2/3 of the degrees of freedom of σ about the mean.
 constexpr double kDofOfDifferences = 2.0 / 3.0;
-// In σ: one normal value in 16,000 is excluded from the baseline.
+// In σ from the mean: values farther away, one normal value in 16,000, do not join the baseline.
 constexpr double kFarAway = 4.0;
 
 class Ewma {
@@ -91,7 +91,7 @@ class Ewma {
     if (moments_.count >= kBaselineGrowth * count_) SetLimits();
   }
 
-  // Whether the level is out of control.
+  // Adds a unit to the chart and returns whether the level is out of control.
   bool Add(std::size_t k) {
     average_ += plan_.options.ewma_lambda * (values_.values[k] - centre_ - average_);
     weights_.Add(values_.own && values_.good[k]);
@@ -113,7 +113,7 @@ class Ewma {
   const ParameterValues& values_;
   const ChartPlan& plan_;
   std::size_t first_;
-  std::vector<bool> usable_;  // for the baseline
+  std::vector<bool> usable_;  // by value: it may join the baseline
   RunningMoments moments_;
   // Mean and σ of the process at the last SetLimits; count: units in the mean; dof: of σ.
   double centre_ = 0.0, sigma_ = 0.0, count_ = 0.0, dof_ = 0.0;
@@ -153,7 +153,7 @@ std::vector<bool> WithoutOutliers(const std::vector<double>& values) {
 }
 
 constexpr std::size_t kLeastUnits{kLeastBaselineUnits};
-constexpr double kSharedBy = 0.9;  // Up to a tenth of the units may lack a value.
+constexpr double kSharedBy = 0.9;  // Up to a tenth of the units may lack a parameter of T^2.
 
 // Values of one parameter over a station's units.
 ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, int parameter) {
@@ -168,7 +168,7 @@ ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, in
   return values;
 }
 
-// The first `units` values are the baseline; all if `units` is 0 or no smaller (phase I).
+// The first `units` values are the baseline; all if `units` is 0 or there are no more (phase I).
 void SetBaseline(int units, ParameterValues* values) {
   const std::size_t count = values->values.size();
   const auto wanted = static_cast<std::size_t>(std::max(units, 0));
@@ -178,8 +178,8 @@ void SetBaseline(int units, ParameterValues* values) {
   values->good = WithoutOutliers({values->values.begin(), end});
 }
 
-// The parameters that nine of ten units have: a rarer one would exclude all other units from T^2.
-// If one of them has no separate baseline, none has (phase I).
+// The parameters of T^2: those that nine of ten units have, since T^2 leaves out units that lack
+// one. If one of these parameters has no separate baseline, none gets one (phase I).
 std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
   std::vector<ParameterValues> shared;
   bool judge_each_other = false;
@@ -204,7 +204,7 @@ bool VariesInBaseline(const ParameterValues& values) {
   return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
 }
 
-// `plans` caches those of earlier stations by their number of parameters.
+// Charts of one station; `plans` caches the plans of earlier ones by number of parameters.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
                        const std::vector<int>& units,

@@ -14,7 +14,7 @@ namespace truetriad::line {
 
 /// What a control chart plots.
 enum class ChartKind {
-  kEwma,       // exponentially weighted moving average of single units, one chart a parameter
+  kEwma,       // exponentially weighted moving average of single units, one chart per parameter
   kHotelling,  // T^2 of single units over all parameters, one chart
 };
 inline constexpr std::array kChartKinds = {ChartKind::kEwma, ChartKind::kHotelling};
@@ -26,42 +26,42 @@ const char* NameOf(ChartKind kind);
 /// Parts of the permitted false alarms, by kind; a kind with 0 is not drawn. The sum is at most 1.
 using ChartShares = std::array<double, kChartKindCount>;
 
-/// Most for the EWMA charts, which find a lasting shift of 1 σ soonest; T^2 is for single units far
-/// off. With a sum of 1 the run length of 33 independent parameters was 354 ± 16 units instead of
-/// 370 (498 lines), so a tenth is kept in reserve.
+/// The EWMA charts, which find a lasting shift of 1 σ soonest, get the most; T^2 finds single units
+/// that are far off. With a sum of 1 the run length of 33 independent parameters was 354 ± 16 units
+/// instead of 370 (498 lines), so a tenth is kept in reserve.
 inline constexpr ChartShares kDefaultShares = {0.70, 0.20};
 /// The shares in which only `kind` is drawn.
 ChartShares Only(ChartKind kind);
 
-/// A parameter with fewer values has no charts: σ of 20 is known to 1 / sqrt(2 · 19) = 16 %.
+/// A parameter with fewer values has no charts: 20 values give σ to 1 / sqrt(2 · 19) = 16 %.
 inline constexpr int kLeastBaselineUnits = 20;
 
 struct ChartOptions {
   /// Average number of units between two false alarms over all charts of a station together.
   double run_length_units = 370.0;
-  /// The units that define the process in control: the first so many of a station, followed by each
-  /// later one in control (phase II). 0: all units are the baseline (phase I).
+  /// The number of first units of a station that define the process in control; each later unit in
+  /// control joins them (phase II). 0: all units are the baseline (phase I).
   int baseline_units = 200;
   double ewma_lambda = 0.08;
   ChartShares shares = kDefaultShares;
-  /// The last points of a chart that are kept for display; alarms are all kept.
+  /// The number of last points of a chart that are kept for display; all alarms are kept.
   int most_points = 2000;
 };
 
 struct ChartPoint {
   int unit = 0;  // index in LineData::units
   double value = 0.0;
-  double lower = 0.0, upper = 0.0;  // limits; NaN where there is none on that side
+  double lower = 0.0, upper = 0.0;  // limits; NaN: none on that side
 };
 
 /// A false or true alarm: from the first unit outside the limits until the chart is quiet again.
 struct ChartAlarm {
   ChartKind kind = ChartKind::kEwma;
-  int parameter = -1;  // index in LineData::parameters; -1: T^2 of all
-  int unit = 0;        // index in LineData::units: its beginning
-  int last_unit = 0;   // the last one of the alarm; that of the data if it lasts
-  double value = 0.0;  // of the chart at its beginning
-  double limit = 0.0;  // exceeded by the value
+  int parameter = -1;  // index in LineData::parameters; -1: T^2 of all parameters
+  int unit = 0;        // index in LineData::units of the alarm's first unit
+  int last_unit = 0;   // likewise of its last unit; the last of the data if it continues
+  double value = 0.0;  // of the chart at the first unit
+  double limit = 0.0;  // the limit that `value` exceeds
   /// For T^2: the parameter that contributes most.
   int most = -1;
 };
@@ -73,23 +73,23 @@ struct Chart {
   int parameter = -1;
   double line = 0.0;        // mean of the chart's values in control
   double run_length = 0.0;  // units between false alarms of this chart alone, on average
-  double centre = 0.0;      // of the process, at the last unit; parameter's unit
-  double sigma = 0.0;       // of the process, for single units
+  double centre = 0.0;      // process mean as of the last unit, in the parameter's unit
+  double sigma = 0.0;       // process σ of single units, likewise
   std::vector<ChartPoint> points;
 };
 
 /// All charts of one station.
 struct StationCharts {
-  std::string station;                 // the tag's value; empty: units without it
-  int units = 0;                       // with a value of at least one parameter
-  int baseline_units = 0;              // of them; all of them: phase I
+  std::string station;                 // value of the tag `station`; empty: units without the tag
+  int units = 0;                       // largest number of units with a value of the same parameter
+  int baseline_units = 0;              // units in the baseline; equal to `units`: phase I
   std::vector<int> baseline_outliers;  // units excluded from the baseline
   std::vector<int> constant;           // parameters without variation: no chart
   std::vector<int> sparse;             // parameters with too few values for charts
   std::vector<int> dependent;          // determined by other parameters: not in T^2
   std::vector<Chart> charts;           // by kind, then by parameter
   std::vector<ChartAlarm> alarms;      // in the order of units
-  std::string note;                    // why charts are missing; empty: none is
+  std::string note;                    // why charts are missing; empty: none is missing
 };
 
 struct ChartReport {
@@ -98,12 +98,12 @@ struct ChartReport {
 
 /// Control charts of each station's parameters over its units in their order.
 ///
-/// Limits are those of a process with known mean and covariance that share the permitted false
-/// alarms (see chart_plan.h), widened for a mean and covariance estimated from n units: averaged
-/// over all baselines a limit is exceeded as often as if they were known. The baseline lags the
-/// line by 100 units and excludes units out of control. See docs/line.md.
+/// The charts share the permitted false alarms (see chart_plan.h). Their limits are those for a
+/// known mean and covariance of the process, widened for estimates from n units: averaged over all
+/// baselines, a limit is exceeded as often as if both were known. The baseline lags the line by 100
+/// units and excludes units out of control. See docs/line.md.
 ///
-/// Units without a value are left out of that parameter's charts. Options outside their range
+/// Units without a value of a parameter are left out of its charts. Options outside their range
 /// (shares that are negative or sum to more than 1, λ outside 0.01...1) are CHECKed.
 ChartReport ControlCharts(const LineData& data, const ChartOptions& options = {});
 

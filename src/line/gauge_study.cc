@@ -15,7 +15,7 @@
 namespace truetriad::line {
 namespace {
 
-/// The mean square of a line times a positive or negative factor.
+/// The mean square of an ANOVA line times a positive or negative factor.
 struct MeanSquareTerm {
   double factor = 0.0;
   const AnovaLine* line = nullptr;
@@ -27,8 +27,8 @@ constexpr double kManyDof = std::numeric_limits<double>::infinity();
 
 double Squared(double value) { return value * value; }
 
-/// Squared distance of a bound from the sum: V_L of the papers for `probability` = 1 - tail (lower
-/// bound), V_U for `probability` = tail (upper bound).
+/// Squared distance of a confidence bound from the sum of terms: V_L of the papers below for
+/// `probability` = 1 - tail (lower bound), V_U for `probability` = tail (upper bound).
 double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probability) {
   const bool is_lower = probability > 0.5;
   const auto own = [&](const MeanSquareTerm& term) {
@@ -109,7 +109,7 @@ bool IsNested(const std::vector<GaugeReading>& readings) {
   });
 }
 
-/// Error: some cell has a different number of readings.
+/// Error: the cells have different numbers of readings or only one, or there is only one part.
 Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool is_nested) {
   std::size_t most = 0, most_parts = 0;
   for (const auto& [appraiser, by_part] : cells) {
@@ -170,7 +170,7 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
     of_appraisers.push_back(MeanOf(means));
     parts_in_appraisers += SquaresAbout(means, of_appraisers.back(), r);
   }
-  const double center = MeanOf(of_appraisers);  // All have equally many readings.
+  const double center = MeanOf(of_appraisers);  // All appraisers have equally many readings.
   study->error = LineOf(error, o * p * (r - 1.0));
   if (o > 1.0) study->appraiser = LineOf(SquaresAbout(of_appraisers, center, p * r), o - 1.0);
   if (study->design != StudyDesign::kCrossed) {
@@ -186,7 +186,8 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
   Test(&study->interaction, study->error);
 }
 
-/// Pools an insignificant interaction with the error, and tests the other lines against that.
+/// Pools an insignificant interaction with the error. Tests parts and appraisers against that
+/// error, or else against the interaction.
 void Pool(double above_p, GaugeStudy* study) {
   if (study->design != StudyDesign::kCrossed) return;
   study->is_pooled = !(study->interaction.p <= above_p);
@@ -205,10 +206,10 @@ void FillComponents(double confidence, GaugeStudy* study) {
   const bool has_interaction = study->design == StudyDesign::kCrossed && !study->is_pooled;
   const AnovaLine *const error = &study->error, *const against =
                                                     has_interaction ? &study->interaction : error;
-  // The gauge is the sum of its components, so its mean squares are collected here.
+  // Mean squares of the gauge, collected from its components, of which it is the sum.
   std::vector<MeanSquareTerm> gauge = {{1.0, error}};
   double reproducibility = 0.0;
-  // Excess variance of the means of `runs` readings in one line over another line.
+  // Terms of the variance by which `line`, of means of `runs` readings, exceeds the line `other`.
   const auto between = [&](double runs, const AnovaLine& line, const AnovaLine* other) {
     return std::vector<MeanSquareTerm>{{1.0 / runs, &line}, {-1.0 / runs, other}};
   };
@@ -234,7 +235,7 @@ void FillComponents(double confidence, GaugeStudy* study) {
   }
   study->gauge = ComponentOf(gauge, confidence);
   if (o > 1.0) study->reproducibility.variance = reproducibility;
-  // Sums of components that are at least zero, so they may exceed those of the mean squares.
+  // Each component is at least zero, so these sums may exceed those of the mean squares.
   study->gauge.variance = study->repeatability.variance + reproducibility;
   study->total.variance = study->gauge.variance + study->part_to_part.variance;
 }

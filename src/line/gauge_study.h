@@ -25,7 +25,7 @@ enum class StudyDesign {
 };
 std::string_view StudyDesignName(StudyDesign design);  ///< "crossed", "nested", "one appraiser".
 
-/// A line of the analysis of variance; NaN where the design has no such line.
+/// A line of the analysis of variance; NaN if the design has no such line.
 struct AnovaLine {
   double sum_of_squares = kNotKnown, dof = kNotKnown, mean_square = kNotKnown;
   double f = kNotKnown, p = kNotKnown;
@@ -33,15 +33,15 @@ struct AnovaLine {
 
 struct VarianceComponent {
   double variance = kNotKnown;         ///< Never below zero.
-  Interval interval;                   ///< Of the variance; NaN for a sum without one.
-  double study_share = kNotKnown;      ///< Of the total sigma.
+  Interval interval;                   ///< Of the variance; NaN for reproducibility and total.
+  double study_share = kNotKnown;      ///< sigma / sigma of the total.
   double tolerance_share = kNotKnown;  ///< 6 sigma / width of the limits.
 };
 
 /// A gauge study by analysis of variance: value = part + appraiser + interaction + error.
 struct GaugeStudy {
   StudyDesign design = StudyDesign::kCrossed;
-  int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: parts of one appraiser.
+  int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: `parts` of each appraiser.
   AnovaLine part, appraiser, interaction, error;
   bool is_pooled = false;           ///< The interaction is not significant and counts as error.
   VarianceComponent repeatability;  ///< The error.
@@ -55,11 +55,11 @@ struct GaugeStudy {
 struct GaugeStudyOptions {
   double tolerance = kNotKnown;  ///< Upper less lower limit; NaN: none.
   double confidence = 0.95;
-  double pool_above_p = 0.25;  ///< Of the interaction (AIAG 2010).
+  double pool_above_p = 0.25;  ///< The interaction is pooled if its p is larger (AIAG 2010).
 };
 
-/// Error (not enough): fewer than two parts or repeats; a part, an appraiser or a repeat is missing
-/// somewhere; the message says which.
+/// Error (not enough): there are fewer than two parts or repeats, or the study is not balanced,
+/// since a part or a repeat is missing somewhere; the message says which.
 Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
                                   const GaugeStudyOptions& options = {});
 
@@ -72,8 +72,8 @@ struct Type1Study {
   Estimate bias;                                  ///< mean - reference.
   double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Test of zero bias (Student, runs - 1).
   double cg = kNotKnown;                          ///< 0.2 tolerance / (6 sigma); good from 1.33.
-  double cgk = kNotKnown;                         ///< (0.1 tolerance - |bias|) / (3 sigma); same.
-  double repeatability_share = kNotKnown;         ///< 6 sigma / tolerance; 15 % where Cg is 1.33.
+  double cgk = kNotKnown;                         ///< (0.1 tolerance - |bias|) / (3 sigma); as Cg.
+  double repeatability_share = kNotKnown;         ///< 6 sigma / tolerance; 15 % if Cg is 1.33.
 };
 
 /// `tolerance`: width of the limits; NaN: none. All results are NaN for fewer than two runs. AIAG

@@ -17,23 +17,23 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
-// Minimum of baseline units for each parameter: with n = 2 p the limits are already twice those of
-// a known covariance.
+// Least number of baseline units per parameter: with n = 2 p units for p parameters the limits are
+// already twice those of a known covariance.
 constexpr std::size_t kLeastUnitsOfParameter = 2;
 // One normal unit in 10,000 is excluded from the baseline.
 constexpr double kFarAwayProbability = 1e-4;
-constexpr int kMostScreens = 5;  // Ends Screen, or the baseline could shrink unit by unit.
-// Share of a column's variance not explained by the others; less is rounding. Tied entries leave
-// 1e-16, parameters of a sensor correlated by 0.999,999 leave 2e-6.
+constexpr int kMostScreens = 5;  // Rounds of Screen; more could shrink the baseline unit by unit.
+// Least share of a parameter's variance that others must leave unexplained; less is rounding. Tied
+// parameters leave 1e-16, parameters of a sensor correlated by 0.999,999 leave 2e-6.
 constexpr double kLeastOwnVariance = 1e-8;
 
-// Units with values of all parameters; each column is scaled by its spread in the baseline.
+// Units with values of all parameters; each parameter is divided by its σ in the baseline.
 struct TogetherUnits {
   std::vector<int> parameters;
   std::vector<int> units;
   std::vector<VectorXd> values;
   std::size_t baseline = 0;
-  std::vector<bool> good;  // of the baseline
+  std::vector<bool> good;  // by unit of the baseline: it is no outlier
 
   bool AreEnough(double count) const {
     return count >= static_cast<double>(kLeastUnitsOfParameter * parameters.size());
@@ -58,8 +58,8 @@ struct RunningScatter {
   MatrixXd Covariance() const { return squares / (count - 1.0); }
 };
 
-// The columns that earlier ones do not determine: a share of at least 1e-8 of their variance in the
-// covariance is unexplained. Columns without variance are excluded.
+// The columns of a covariance that earlier kept ones do not determine: they leave a share of at
+// least 1e-8 of the column's variance unexplained. Columns without variance are excluded.
 std::vector<Index> IndependentColumns(const MatrixXd& covariance) {
   const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd correlations = scale.asDiagonal() * covariance * scale.asDiagonal();
@@ -94,7 +94,7 @@ class Hotelling {
     SetLimits();
   }
 
-  // Whether enough units of the baseline are left after screening for a chart.
+  // Whether screening has left enough units of the baseline for a chart.
   bool HasEnough() const { return units_.AreEnough(scatter_.count); }
   double Count() const { return scatter_.count; }
 
@@ -135,7 +135,7 @@ class Hotelling {
   }
 
   // A shifted level is out of control: the units of a parameter's alarm never join the baseline,
-  // nor those before it that have not joined yet.
+  // nor do the units before the alarm that have not joined when it begins.
   void LeaveOut(const ChartAlarm& shift) {
     if (shift.kind != ChartKind::kEwma) return;
     const auto place_of = [&](auto at) {
@@ -183,7 +183,7 @@ class Hotelling {
   }
 
   void Add(std::size_t k, ChartWriter* writer) {
-    // Centre and covariance include an own unit: its variance is 1 - 1/n; that of others 1 + 1/n.
+    // The centre includes an own unit: its deviation has variance 1 - 1/n, that of others 1 + 1/n.
     const bool is_own = own_ && units_.good[k];
     const Limits& limits = is_own ? own_limits_ : later_limits_;
     const VectorXd deviation = units_.values[k] - centre_;
@@ -205,12 +205,12 @@ class Hotelling {
   const ChartPlan& plan_;
   Index dimension_;
   RunningScatter scatter_;
-  std::vector<bool> usable_;  // for the baseline
+  std::vector<bool> usable_;  // by unit: it may join the baseline
   // As of the last SetLimits:
   VectorXd centre_;
   Cholesky root_;
   double count_ = 0.0;
-  Limits own_limits_, later_limits_;  // of the estimate's own units, and of others
+  Limits own_limits_, later_limits_;  // of units in the estimate, and of others
 };
 
 // The units of the station with a value of every parameter.

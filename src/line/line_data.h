@@ -13,8 +13,8 @@ namespace truetriad::line {
 
 inline constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 
-/// A confidence interval with equal probability on both sides; NaN where it is unknown, infinite
-/// where a side is open.
+/// A confidence interval with equal probability on both sides; NaN if it is unknown; a bound is
+/// infinite if that side is open.
 struct Interval {
   double lower = kNotKnown, upper = kNotKnown;
 };
@@ -32,26 +32,26 @@ Estimate ShareOf(int count, int all, double confidence = 0.95);
 struct UnitRecord {
   std::string serial = {}, run = {};
   std::string recorded = {};  // time of measurement, ISO 8601, UTC; empty: unknown
-  std::string code = {};      // why it is not good, as in the store
+  std::string code = {};      // why the unit is not good, as in the store
   std::map<std::string, std::string> tags = {};  // station, slot, fixture, operator, lot, ...
   Eigen::VectorXd values = {}, sigma = {};       // by LineData::parameters; NaN: not estimated
 };
 
 /// The measurements of a line's units, wherever they are stored.
 struct LineData {
-  std::vector<std::string> parameters = {};  // without reference.*
+  std::vector<std::string> parameters = {};  // names, without reference.*
   std::vector<UnitRecord> units = {};        // in the order in which they were measured
 };
 
 /// The value of a unit's tag; empty if the unit lacks it.
 const std::string& TagOf(const UnitRecord& unit, const std::string& name);
 
-/// Seconds since 1970 of a time in ISO 8601: "2026-01-31" (its beginning), "2026-01-31T12:00",
-/// "2026-01-31 12:00:00.5", each with Z or an offset ("+01:00") after the time, else in UTC; NaN
-/// for other texts and times before 1970.
+/// Seconds since 1970 of a time in ISO 8601: "2026-01-31" (the beginning of the day),
+/// "2026-01-31T12:00", "2026-01-31 12:00:00.5", each with Z or an offset ("+01:00") after the time,
+/// else in UTC; NaN for other texts and times before 1970.
 double SecondsOf(const std::string& moment);
 
-/// "2026-01-31T12:00:00Z".
+/// The time so many seconds since 1970 as "2026-01-31T12:00:00Z".
 std::string MomentOf(std::int64_t seconds);
 
 }  // namespace truetriad::line

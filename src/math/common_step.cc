@@ -9,11 +9,12 @@ namespace {
 
 // Share of the largest distance below which a remainder is taken for the rounding of doubles.
 constexpr double kRounding = 1e-9;
-// Share of the largest distance: the finest converters of these sensors have 20 bits, 2^-20 = 1e-6.
+// Least step, as a share of the largest distance: converters have at most 20 bits, 2^-20 = 1e-6.
 constexpr double kFinest = 1e-6;
 // Distances drawn at random share a factor of two with probability 2^-kFewest = 1.6 %.
 constexpr int kFewest = 6;
-// Share of the largest distance: under 50 steps of it are exact values, not those of a converter.
+// Largest step, as a share of the largest distance: values that span under 50 steps are exact ones,
+// not those of a converter.
 constexpr double kCoarsest = 0.02;
 
 double CommonDivisor(double a, double b, double rounding) {

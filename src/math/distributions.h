@@ -28,8 +28,8 @@ inline constexpr double kMadToSigma = 1.4826;
 /// σ of normal values of mean zero, from the median of their absolute values; 0 without values.
 double MadSigma(std::vector<double> values);
 
-/// The quantile at `share` (0 to 1): one of the values, the lower of two where it lies between
-/// them. There is at least one value and none is NaN.
+/// The quantile at `share` (0 to 1): one of the values, the lower of two if it lies between them.
+/// There is at least one value and none is NaN.
 double LowerQuantile(std::vector<double> values, double share);
 
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.

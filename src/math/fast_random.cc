@@ -35,7 +35,7 @@ constexpr double Log(double x) {
   return 2.0 * ratio * sum - halvings * kLn2;
 }
 
-/// Newton's iteration, from above.
+/// Square root by Newton's iteration, from above.
 constexpr double Sqrt(double x) {
   double root = x > 1.0 ? x : 1.0;
   for (double next = 0.5 * (root + x / root); next < root; next = 0.5 * (root + x / root)) {

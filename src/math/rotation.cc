@@ -6,10 +6,10 @@
 namespace truetriad {
 namespace {
 
-// Rad: below it the closed form cancels; the next term of its series, a^4 / 30240, is below 1e-12.
+// Angle a, rad: below it the closed form cancels; the series' next term, a^4 / 30240, is < 1e-12.
 constexpr double kSmallAngle = 1e-2;
-// Rad^2, an angle of 0.2 rad: below it series of four or five terms are exact to 3e-15 without sine
-// and cosine; a gyroscope turns by less from one reading to the next.
+// Square of 0.2 rad: for smaller angles, series of four or five terms are exact to 3e-15 without
+// sine and cosine; a gyroscope turns by less from one reading to the next.
 constexpr double kSeries = 0.04;
 
 }  // namespace
@@ -49,7 +49,7 @@ Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
   return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
 }
 
-// Defined in this file, since Eigen's includes a singular value decomposition.
+// Compiled once, since Eigen's function includes a singular value decomposition.
 Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
   return Eigen::Quaterniond::FromTwoVectors(from, to);
 }

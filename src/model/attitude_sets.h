@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// The six faces of a block, each up once: +x, -x, +y, -y, +z, -z, each by the smallest rotation.
-/// World <- body, as everywhere.
+/// The six attitudes of a block with +x, -x, +y, -y, +z, -z up in turn, each by the smallest
+/// rotation. World <- body, as everywhere.
 std::vector<Eigen::Quaterniond> SixFaceAttitudes();
 
 /// The 24 orientations of a cube: six faces up, four headings each.

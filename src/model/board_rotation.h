@@ -26,10 +26,10 @@ inline constexpr std::array<std::array<double, 3>, 44> kBoardRotations = {{
     {90, 180, 90}, {90, 0, 270},  {90, 68.8, 293.3}, {0, 315, 0},   {90, 315, 0},  {0, 7, 0},
     {45, 0, 0},    {315, 0, 0},
 }};
-/// PX4 shares the numbers of the first 41 and has other rotations from there on.
+/// PX4 has the first 41 rotations under the same numbers, and other rotations from there on.
 inline constexpr std::size_t kPx4BoardRotations = 41;
 
-/// The rotation of a parameter's number; unset if it is none of the first `count`.
+/// Roll, pitch and yaw of a parameter's rotation `number`; unset if not one of the first `count`.
 inline std::optional<Eigen::Vector3d> BoardTurnDeg(double number, std::size_t count) {
   const bool is_known = number >= 0.0 && number < static_cast<double>(count);
   if (!is_known || number != std::floor(number)) return std::nullopt;
@@ -50,7 +50,7 @@ inline Eigen::Matrix3d TurnOf(const Eigen::Vector3d& roll_pitch_yaw_deg) {
   return rotation;
 }
 
-/// The angle of the smallest of these rotations; autopilots have no parameter for a smaller one.
+/// The smallest angle of a board rotation above zero; autopilots cannot state a smaller one.
 inline double SmallestBoardTurnDeg() {
   double smallest = 180.0;
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {
@@ -60,7 +60,7 @@ inline double SmallestBoardTurnDeg() {
   return smallest;
 }
 
-/// The angles of a rotation: TurnOf(TurnDegOf(R)) = R.
+/// Roll, pitch and yaw of a rotation matrix: TurnOf(TurnDegOf(R)) = R.
 inline Eigen::Vector3d TurnDegOf(const Eigen::Matrix3d& rotation) {
   // At a pitch of ±90° roll and yaw turn about the same axis, and roll is set to zero.
   const bool is_upright = std::abs(rotation(2, 0)) > 1.0 - 1e-12;

@@ -22,7 +22,7 @@
 
 namespace truetriad {
 
-// Lists the fields of what calibration.yaml holds beside a Quality (tree/fields.h).
+// The fields of everything in calibration.yaml but Quality (tree/fields.h).
 
 inline auto WordsOf(NoiseSource) { return std::pair(&NoiseSourceName, &NoiseSourceFromName); }
 inline auto WordsOf(Mode) { return std::pair(&ModeName, &ModeFromName); }
@@ -100,8 +100,8 @@ inline std::string_view WrongThermal(const ThermalTerms& thermal) {
   return thermal.smoothing_s >= 0.0 ? "" : "expected `smoothing_s` of at least zero";
 }
 
-/// The correction is written for programs that only apply it; where it does not match the
-/// sensitivity, one of both was edited, and it is not known which is right.
+/// The correction is written for programs that only apply it. If it does not match the sensitivity,
+/// one of the two was edited, and it is not known which is right.
 inline std::string_view WrongCorrection(const Eigen::Matrix3d& correction,
                                         const TriadModel<double>& model) {
   // The inverse of a matrix with condition number c reproduces the identity to c epsilon; 1e-6
@@ -183,7 +183,7 @@ void Fields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("output_unit", sensor.output_unit);
   visit("bias", sensor.model.bias);
   const bool has_sensitivity = visit("sensitivity", sensor.model.sensitivity);
-  // Derived from the sensitivity, for readers and programs that only apply it.
+  // Derived from the sensitivity, for readers and for programs that only apply a correction.
   Eigen::Matrix3d correction = sensor.model.Correction();
   if (has_sensitivity && visit("correction", correction)) {
     visit.Check("correction", [&] { return WrongCorrection(correction, sensor.model); });

@@ -17,7 +17,7 @@ constexpr int kDirections = 1000;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
 
-/// Indices of the bias and of the columns of the sensitivity; -1 for a fixed entry.
+/// Covariance indices of the bias and of the sensitivity's columns; -1 for a fixed entry.
 std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad triad) {
   std::array<Eigen::Index, 12> places{};
   places.fill(-1);
@@ -126,8 +126,8 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  // Small errors: their second moment J P J^T with J = C (v^T x I), v = (1, magnitude u), of which
-  // the angle needs the part across u. Its trace is a quadratic form of v.
+  // Small errors have the second moment J P J^T with J = C (v^T x I), v = (1, magnitude u). Its
+  // trace, the square of the length, is a quadratic form of v; the angle needs the part across u.
   Eigen::Matrix4d traces;
   for (Eigen::Index i = 0; i < 4; ++i) {
     for (Eigen::Index j = 0; j < 4; ++j) {

@@ -14,25 +14,25 @@ namespace truetriad {
 /// The error of readings over all directions of the measured quantity, true unit and rad.
 struct DirectionalError {
   double rms = 0.0, worst = 0.0;              ///< Length of the error; worst: of any direction.
-  double angle_rms = 0.0, angle_worst = 0.0;  ///< Angle of the read direction; 0 if magnitude is.
+  double angle_rms = 0.0, angle_worst = 0.0;  ///< Angle off the true direction; 0 for magnitude 0.
 };
 
-/// The error of a unit's readings, uncorrected in nominal units and corrected.
+/// The error of a unit's readings before correction, in nominal units, and after it.
 struct CorrectedError {
   std::optional<DirectionalError> before;  ///< Unset for counts of unknown size.
   /// σ that the parameters' covariance predicts; the noise of a reading is not included.
   DirectionalError after;
 };
 
-/// Readings of a quantity of `magnitude` (true unit; 0: the bias alone) in any direction, at the
-/// reference temperature. Without `has_bias` the bias and its σ are left out. The worst is the
-/// maximum over 1000 even directions, which is below the true one by less than 1 %.
+/// The error of readings of a quantity of `magnitude` (true unit; 0: the bias alone) over all
+/// directions, at the reference temperature. Without `has_bias` the bias and its σ are left out.
+/// The worst is that of 1000 even directions, which is below the true maximum by less than 1 %.
 CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 Triad triad,
                                 double magnitude,
                                 bool has_bias = true);
 
-/// 12 n x 12 n: for each of n triads the bias (raw) and the columns of the sensitivity (raw per
+/// The covariance, 12 n x 12 n, of each of n triads' bias (raw) and sensitivity columns (raw per
 /// true unit); zero where an entry is fixed.
 Eigen::MatrixXd BiasAndSensitivityCovariance(const NamedCovariance& covariance,
                                              const std::vector<Triad>& triads);
@@ -44,8 +44,8 @@ std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor,
 /// True units in one raw unit, by definition or as the recording states it; nullopt for counts.
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);
 
-/// How many `unit`, of which a count is `si_per_count` true units, one raw unit of the sensor is.
-/// Error (bad input): one of both is in counts of unknown size.
+/// The size of one raw unit of the sensor in `unit`, of which a count is `si_per_count` true units.
+/// Error (bad input): one of the two units is counts of unknown size.
 Result<double> ReadingPerRaw(const TriadCalibration& sensor,
                              Triad triad,
                              const Unit& unit,

@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-/// The direction `i` of `count` that are spread evenly over the sphere, the same every time: a
-/// Fibonacci grid.
+/// Direction `i` of `count` directions that are spread evenly over the sphere, the same every time:
+/// a Fibonacci grid.
 inline Eigen::Vector3d EvenDirection(int i, int count) {
   const double z = 1.0 - (2.0 * i + 1.0) / count;
   const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
@@ -25,11 +25,11 @@ struct DirectionGap {
   double radius_deg = 180.0;
 };
 
-/// The largest gap on a grid of 4.5 degrees; `directions`: unit vectors.
+/// The largest gap between `directions` (unit vectors), with its middle on a grid of 4.5 degrees.
 inline DirectionGap LargestGap(const std::vector<Eigen::Vector3d>& directions) {
   DirectionGap gap;
   if (directions.empty()) return gap;
-  // Neighbours are sqrt(4 pi / 2000) = 4.5 deg apart.
+  // Neighbours on the grid are sqrt(4 pi / 2000) = 4.5 deg apart.
   constexpr int kGrid = 2000;
   double smallest_cosine = 1.0;
   for (int i = 0; i < kGrid; ++i) {

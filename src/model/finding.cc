@@ -36,7 +36,7 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
   for (const FindingKind& kind : FindingKinds()) {
     if (kind.name == name) return kind.code;
   }
-  // Names of this kind in older calibrations.
+  // Names of kFault in older calibrations.
   if (name == "magnetometer-changed" || name == "left-out-term" || name == "stretches-differ")
     return FindingCode::kFault;
   return std::nullopt;

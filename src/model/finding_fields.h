@@ -42,7 +42,7 @@ void Fields(V& visit, Like<Finding> auto& finding) {
   visit.If(!finding.remedy.empty(), "remedy", finding.remedy);
 }
 
-/// Code, message and, where it is known, the place in a file.
+/// Code, message and, if it is known, the place in a file.
 template <class V>
 void Fields(V& visit, Like<Error> auto& error) {
   visit("code",

@@ -42,7 +42,7 @@ struct Sensor {
   const GyroModel& model;
   Eigen::Matrix3d correction;
   Eigen::Vector3d variance_raw;
-  Eigen::Matrix3d noise;  // Of a rate, without axis terms.
+  Eigen::Matrix3d noise;  // Covariance of a rate without axis terms.
 };
 
 // Adds one reading: a change of its rate by d turns the whole rotation by by_rate * d.
@@ -89,7 +89,7 @@ class RateWindow {
         begin_(RateOf(0)),
         end_(readings.time_s.size() > 1 ? RateOf(1) : begin_) {}
 
-  // The step from reading `first` to the next; `first` must go up by one.
+  // Moves to the step from reading `first` to the next; each call must raise `first` by one.
   void MoveTo(std::size_t first) {
     if (first > 0) {
       begin_ = end_;
@@ -131,7 +131,7 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
-// How the rate of each instantaneous reading turns the whole rotation, in the frame of its begin:
+// How the rate of each instantaneous reading turns the whole rotation, in the frame at its begin:
 // the derivatives of RateWindow::InstantaneousStep. A reading enters the two steps beside it and,
 // through the slopes, one more on each side.
 class Turning {
@@ -143,8 +143,8 @@ class Turning {
 
   explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
 
-  // Adds the step that ends at reading `i`; a change of the step by d turns the whole by
-  // by_step * d. This completes the reading i - 2.
+  // Adds the step that ends at reading `i`; a change of the step by d turns the whole rotation by
+  // by_step * d. The step completes the reading i - 2.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
     const double square = step_s * step_s / 12.0;
@@ -165,7 +165,7 @@ class Turning {
     by_square_before_ = by_square;
   }
 
-  // One of the last three readings.
+  // Reading `i`, one of the last three.
   const Reading& Of(std::size_t i) const { return last_[i % 3]; }
 
  private:
@@ -227,7 +227,7 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
     const double step_s = readings.time_s[i] - readings.time_s[i - 1];
     const Eigen::Vector3d step =
         is_mean ? Eigen::Vector3d(step_s * rates.end()) : rates.InstantaneousStep(step_s);
-    // A change of the step by d turns the whole by J_l(step) d, in the frame of its begin.
+    // A change of the step by d turns the whole rotation by J_l(step) d, in the frame at its begin.
     Eigen::Matrix3d by_step;
     by_step.noalias() = turned.lazyProduct(RightJacobian(-step));
     if (is_mean) {

@@ -26,7 +26,7 @@ struct GyroMove {
   std::vector<Eigen::Vector3d> force_mps2;
 };
 
-/// The same readings, owned by the caller.
+/// The readings of a GyroMove, owned by the caller.
 struct GyroReadings {
   std::span<const double> time_s;
   std::span<const Eigen::Vector3d> reading_raw;
@@ -37,7 +37,7 @@ struct GyroReadings {
 struct GyroModel {
   TriadModel<double> triad;                                 ///< No axis terms of other sensors.
   Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
-  bool is_bent = false;  ///< Else axis terms are zero and not estimated.
+  bool is_bent = false;  ///< Has axis terms; else they are zero and not estimated.
 };
 
 /// The rotation that a gyroscope measured, and its derivatives by the gyroscope's parameters:
@@ -79,7 +79,7 @@ GyroIncrement IntegrateMove(const GyroMove& move,
                             const Eigen::Vector3d& sigma_raw,
                             RateSampling sampling);
 
-/// The rotation alone.
+/// The rotation of IntegrateMove without its derivatives.
 Eigen::Quaterniond IntegrateRotation(const GyroReadings& readings,
                                      const GyroModel& model,
                                      RateSampling sampling);

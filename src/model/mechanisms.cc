@@ -82,7 +82,7 @@ const Set& OffEverywhere() {
   return off;
 }
 
-// Collects what acted in any thread and writes it when the process ends.
+// Collects the mechanisms that acted in any thread and writes their names when the process ends.
 struct Log {
   std::array<std::atomic<bool>, kMechanisms.size()> acted{};
 

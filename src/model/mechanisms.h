@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Measures the effect of each mechanism: a build with TRUETRIAD_MECHANISMS counts in which runs
-// each one changed anything, and can run without it. In other builds Acts() is true at compile
-// time.
+// Measures the effect of each mechanism: a build with TRUETRIAD_MECHANISMS records which mechanisms
+// changed anything in a run, and can switch each of them off. In other builds Acts() is true at
+// compile time.
 #pragma once
 
 #include <optional>
@@ -27,16 +27,16 @@ struct MechanismInfo {
   std::string_view does;
   std::span<const FindingCode> codes;
 };
-// In the order of Mechanism.
+// All mechanisms, in the order of Mechanism.
 std::span<const MechanismInfo> Mechanisms();
 std::optional<Mechanism> MechanismFromName(std::string_view name);
-// The first mechanism with the code; kRemark where none has it.
+// The first mechanism with the code; kRemark if none has it.
 Mechanism MechanismOf(FindingCode code);
 
 #ifdef TRUETRIAD_MECHANISMS
 inline constexpr bool kCountsMechanisms = true;
-// Asked where a change is applied, `if (condition && Acts(Mechanism::kKnocks))`; counts the change,
-// and is false where the mechanism is switched off.
+// Asked where a change is applied, `if (condition && Acts(Mechanism::kKnocks))`; records the
+// change, and is false if the mechanism is switched off.
 bool Acts(Mechanism mechanism);
 #else
 inline constexpr bool kCountsMechanisms = false;
@@ -45,8 +45,9 @@ constexpr bool Acts(Mechanism) { return true; }
 
 // The mechanisms that acted in this thread since the last call, in the order of Mechanism.
 std::vector<Mechanism> TakeActed();
-// Switches for this thread; the environment variable TRUETRIAD_WITHOUT=NAME[,NAME] switches off for
-// all. A process appends a line with the names of those that acted to TRUETRIAD_MECHANISMS_LOG.
+// Switches a mechanism for this thread; the environment variable TRUETRIAD_WITHOUT=NAME[,NAME]
+// switches off for all threads. When a process ends, it appends a line with the names of the
+// mechanisms that acted to the file TRUETRIAD_MECHANISMS_LOG.
 void SwitchMechanism(Mechanism mechanism, bool is_off);
 
 // Removes refusals whose mechanism is switched off.

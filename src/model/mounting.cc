@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-// "ROLL_180_YAW_90" of these angles, or "NONE".
+// The name of the rotation by these angles: "ROLL_180_YAW_90"; "NONE" if all are zero.
 std::string NameOfRotation(const std::array<double, 3>& turn_deg) {
   constexpr std::array<const char*, 3> kAxes = {"ROLL_", "PITCH_", "YAW_"};
   std::string name;
@@ -23,8 +23,8 @@ std::string NameOfRotation(const std::array<double, 3>& turn_deg) {
   return name.empty() ? "NONE" : name;
 }
 
-// The map of an autopilot's rotation by this name: sensing axes follow from those of the body by
-// the transpose. Unset where the rotation is by other than quarter turns.
+// The axis map of the autopilots' rotation `name` (body <- sensor): the transpose of its matrix.
+// Unset unless the rotation is by quarter turns.
 std::optional<Eigen::Matrix3d> MapOfRotation(std::string_view name) {
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {
     if (NameOfRotation(turn_deg) != name) continue;

@@ -126,7 +126,7 @@ template <class V>
 void Fields(V& visit, Like<LimitCheck> auto& check) {
   visit("name", check.name);
   visit.If(!check.component.empty(), "component", Word{check.component});
-  // A symmetric limit is one number, as before limits had two sides.
+  // A symmetric limit is one number, as all limits were before they had two sides.
   double most = check.limit.upper;
   if (visit.If(check.limit.IsAboutZero(), "limit", most)) {
     if constexpr (V::kReads) check.limit = Limit::Within(most);
@@ -282,7 +282,7 @@ void Fields(V& visit, Like<Quality> auto& quality) {
   visit("residual_rms", quality.residual_rms, Style::kFlow);
   visit.If(kNewer, "residual_rms_before", quality.residual_rms_before, Style::kFlow);
   visit("reduced_chi2", quality.reduced_chi2);
-  // Missing where the noise is known from the residuals alone, and for a unit in motion.
+  // The key is missing if the noise is known from the residuals alone, and for a unit in motion.
   auto& before = quality.reduced_chi2_before;
   if constexpr (V::kReads) before = std::numeric_limits<double>::quiet_NaN();
   visit.If(std::isfinite(before), "reduced_chi2_before", before);

@@ -26,12 +26,12 @@
 namespace truetriad {
 namespace {
 
-// Noise and starts are settled on a chain no finer than this. It loses nothing: each reading is
+// Noise and starts are settled on a chain no finer than this, which loses nothing: each reading is
 // turned to its nearest node, and a hand's accelerations stay correlated much longer.
 constexpr double kSettlingSpacingS = 0.1;
-// Chosen: after so many rounds Settle keeps the noise and the clocks that it has.
+// Chosen: number of rounds after which Settle keeps the noise and the clocks that it has.
 constexpr int kMaxRounds = 20;
-// A chain that determines its parameters takes a hundred iterations; for others settling ends here.
+// Settling ends after more iterations; a chain that determines its parameters takes a hundred.
 constexpr int kMaxIterations = 500;
 // A density that changes by less than 2 % changes σ by less than 1 %: it has settled.
 constexpr double kSettledNoise = 0.02;
@@ -40,19 +40,19 @@ constexpr double kSettledClock = 0.1;
 // χ² of a short step, about one σ for each of some twenty unknowns: a single Gauss-Newton step then
 // replaces the solver.
 constexpr double kNearChi2 = 20.0;
-// Share of the duration: with a larger clock error the readings belong to another recording.
+// Largest share of the duration: with a larger clock error readings are of another recording.
 constexpr double kMostClockError = 0.01;
 // A clock is reported as ahead from this many σ on: chance exceeds 4 σ once in 16,000.
 constexpr double kSaidClockError = 4.0;
-// While noise and clocks change, a solution ends within 0.3 σ of the optimum at χ² = 1e5.
+// Tolerance while noise and clocks change: within 0.3 σ of the optimum at χ² = 1e5.
 constexpr double kRoughTolerance = 1e-6;
-// The final solution ends within 0.001 σ of the optimum at χ² = 1e5.
+// Tolerance of the final solution: within 0.001 σ of the optimum at χ² = 1e5.
 constexpr double kMotionTolerance = 1e-11;
 
 // The state of the calibration from one start.
 struct MotionRun {
   PoseGraph graph;
-  std::vector<Moment> moments;  // its nodes
+  std::vector<Moment> moments;  // of the graph's nodes
   MotionNoiseState noise;
   SolveLog log;
   PerTriad<double> clock_sigma_s{};  // of MotionTrack::ahead_s

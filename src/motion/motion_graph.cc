@@ -15,13 +15,13 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// Sampling errors by which a long-run ratio must exceed 1: by chance it does once in 30,000.
+// A long-run ratio must exceed 1 by this many sampling errors: by chance once in 30,000.
 constexpr double kBelievedCorrelation = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Chosen: least share of the density by the readings' differences, a part of which is rounding that
-// does not add up in an integral.
+// Chosen: least density as a share of that from the readings' differences, a part of which is
+// rounding that does not add up in an integral.
 constexpr double kSeenShare = 0.5;
 
 // Least noise as a share of the signal, for readings without noise, which still need weights.
@@ -80,7 +80,7 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
 }
 
 // 1 + 2 sum of the autocorrelations, as far as they stay positive in pairs (Geyer 1992); 1 unless
-// the sum exceeds its sampling error.
+// that exceeds 1 by kBelievedCorrelation sampling errors.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
@@ -109,7 +109,7 @@ struct Residuals {
   Eigen::Matrix3Xd value, left;
 };
 
-// With W^T W = V^-1 these are W r and the diagonal of W^-T D W^-1.
+// `value` is W r, and `left` the diagonal of W^-T D W^-1, with W^T W = V^-1.
 PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& system) {
   const auto count = static_cast<Eigen::Index>(graph.nodes.size());
   PerTriad<Residuals> all;
@@ -234,7 +234,7 @@ std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph) {
 }
 
 // A reading that is stamped too late by t shows the field of t earlier: the residual is t times the
-// change.
+// field's rate of change.
 ClockError ClockErrorOf(Triad triad,
                         const MotionTrack& track,
                         const std::vector<Moment>& moments,
@@ -288,8 +288,8 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
       // Nor can a turn be known better than its readings' own noise allows, however well a chain of
-      // attitudes fits it: where several sensors share one chain, the variance estimate of one of
-      // them otherwise collapses to zero now and then.
+      // attitudes fits it: if several sensors share one chain, the variance estimate of one of them
+      // otherwise collapses to zero now and then.
       state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
                                         .cwiseMax(kSeenShare * state.noise.density[triad]);
     }

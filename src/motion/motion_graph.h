@@ -21,9 +21,9 @@ struct MotionNoise {
 };
 
 // Adds the moments of a tumbling unit as nodes to a graph with a layout: each with the vector
-// sensors' mean readings about it, and with the gyroscope's turn to the next. Where a piece of the
+// sensors' mean readings about it, and with the gyroscope's turn to the next. If a piece of the
 // chain has one vector sensor only, nothing determines the heading about that sensor's vector, and
-// the heading of the first attitude is held.
+// the heading of the piece's first attitude is held.
 void BuildMoments(const MotionTrack& track,
                   const std::vector<Moment>& moments,
                   const std::vector<Eigen::Quaterniond>& attitudes,
@@ -38,8 +38,8 @@ void WeighMoments(const MotionNoise& noise,
 
 std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph);
 
-// By how much more than corrected a vector sensor's clock is ahead of the gyroscope's, with its
-// σ: the regression of the residuals on how fast the field turns, dx/dt = x x omega.
+// How far a vector sensor's clock is ahead of the gyroscope's, beyond what is corrected already,
+// with its σ: by regression of the residuals on how fast the field turns, dx/dt = x x omega.
 struct ClockError {
   double ahead_s = 0.0;
   double sigma_s = 0.0;
@@ -72,10 +72,10 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
                                    const MotionTrack& track);
 
 // One round: robust weights, then variances from the squared residuals over their redundancy
-// (Foerstner 1979), times the long-run ratio of the residuals along the chain: a hand's
-// accelerations are not white, and their density at low frequencies counts. Never below `stated`.
-// `system`: of the graph, eliminated again afterwards. Returns the largest relative change of a
-// density.
+// (Foerstner 1979), times the long-run ratio of the residuals along the chain, since a hand's
+// accelerations are not white, and their density at low frequencies counts. Variances are never
+// below `stated`. `system`: of the graph, eliminated again afterwards. Returns the largest relative
+// change of a density.
 double UpdateMotionNoise(const RobustOptions& robust,
                          const MotionTrack& track,
                          std::vector<Moment>* moments,

@@ -16,7 +16,7 @@ namespace {
 
 // Means over this time take the place of rests: a unit in the hand turns by a few degrees in it.
 constexpr double kMeanS = 0.1;
-// A direction changes much more than its noise in this time, and the gyroscope hardly drifts.
+// Time in which a direction changes much more than its noise, and the gyroscope hardly drifts.
 constexpr double kTurnS = 0.8;
 // Chosen: far more than the start's parameters need; a longer recording is thinned to as many.
 constexpr std::size_t kMostMeans = 500;
@@ -50,7 +50,7 @@ PoseSet MeansOf(const PoseSet& poses,
   return means;
 }
 
-// `vector`: the sensor whose directions show the turns, `model_of_vector` its model.
+// The gyroscope's start model. `vector`: the sensor whose directions show the turns.
 Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
                                                Triad vector,
                                                const TriadModel<double>& model_of_vector,
@@ -169,7 +169,7 @@ std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                               gyroscope,
                                               RateSampling::kInstantaneous);
     } else if (k == 0) {
-      // A correction of the clock may bring readings to nodes before those of the coarse chain.
+      // Corrected clocks may bring readings to nodes before the first one of the coarse chain.
       finer[k] = attitudes.front() * IntegrateRotation(track.Between(fine[k], coarse.front()),
                                                        gyroscope,
                                                        RateSampling::kInstantaneous)

@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-// Start values when the unit never rests: of the vector sensors from short means in place of rests,
-// of the gyroscope from how the leading sensor's direction turned in the body. Errors as
+// Start values of a unit that never rests: of the vector sensors from short means in place of
+// rests, of the gyroscope from how the leading sensor's direction turned in the body. Errors as
 // FindStartValues.
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// Zero where no two times differ.
+// Zero if no two times differ.
 double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
@@ -75,7 +75,7 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
     return 1e-9 * static_cast<double>(time_ns - begin_ns);
   };
   for (std::size_t i = 0; i < gyroscope.time_ns.size(); ++i) {
-    // Of equal times the first counts.
+    // Of readings at equal times the first counts.
     if (i > 0 && gyroscope.time_ns[i] <= gyroscope.time_ns[i - 1]) continue;
     track.time_s_.push_back(seconds(gyroscope.time_ns[i]));
     track.rate_raw_.push_back(gyroscope.reading_raw[i]);

@@ -20,15 +20,15 @@ struct GatheredReadings {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
   // Mean of R_reading^T R_node: turns a vector in the body at the node to that at the readings.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-  // The rate that `turn` was computed with, so that it follows the gyroscope's parameters; null
-  // without one.
+  // The rate that `turn` was computed with, by which `turn` follows the gyroscope's parameters;
+  // null if no turn is known.
   std::shared_ptr<const Turning> turning;
   double weight = 1.0;  // robust
 };
 
 // One moment of the motion, at the time of a reading of the gyroscope.
 struct Moment {
-  std::size_t reading = 0;  // of the gyroscope
+  std::size_t reading = 0;  // index of the gyroscope's reading
   GatheredReadings accelerometer, magnetometer;
   bool is_linked = false;  // the gyroscope measured the turn to the next node
   double weight = 1.0;     // robust, of that turn
@@ -45,8 +45,8 @@ struct Moment {
 // time.
 class MotionTrack {
  public:
-  // Of the gyroscope and the vector sensors that are wanted. Error (bad input): one without
-  // readings.
+  // A track of the gyroscope and the wanted vector sensors. Error (bad input): a sensor of these
+  // has no readings at two times.
   static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
   // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
@@ -55,7 +55,7 @@ class MotionTrack {
 
   // The gyroscope's readings from `node` to the one after it.
   GyroReadings Between(const Moment& node, const Moment& next) const;
-  // The accelerometer's readings at the same times, once SetForces was called.
+  // The accelerometer's readings at the times of Between, once SetForces was called.
   std::vector<Eigen::Vector3d> AccelerometerBetween(const Moment& node, const Moment& next) const {
     return {accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(node.reading),
             accelerometer_raw_.begin() + static_cast<std::ptrdiff_t>(next.reading) + 1};
@@ -69,13 +69,13 @@ class MotionTrack {
   // The gyroscope's reading at a node.
   const Eigen::Vector3d& RateAt(const Moment& node) const { return rate_raw_[node.reading]; }
 
-  // The specific force at the gyroscope's readings, for its g-sensitivity.
+  // Computes the specific force at the gyroscope's readings, for its g-sensitivity.
   void SetForces(const TriadModel<double>& accelerometer);
 
   double TimeOf(const Moment& node) const { return time_s_[node.reading]; }
   // Median time between two readings.
   double spacing_s(Triad triad) const { return spacing_s_[triad]; }
-  // Without the gaps of the gyroscope.
+  // Duration without the gaps of the gyroscope, s.
   double duration_s() const { return time_s_.back() - time_s_.front() - untold_s_; }
   // Total time without gyroscope data, s, and the number of such intervals.
   double untold_s() const { return untold_s_; }
@@ -97,7 +97,7 @@ class MotionTrack {
 
   std::vector<double> time_s_;
   std::vector<Eigen::Vector3d> rate_raw_, accelerometer_raw_, force_mps2_;
-  std::vector<bool> is_untold_;  // the step from this reading to the next
+  std::vector<bool> is_untold_;  // whether the chain breaks before the next reading
   PerTriad<Vectors> vectors_;
   PerTriad<double> spacing_s_{}, ahead_s_{};
   double untold_s_ = 0.0;

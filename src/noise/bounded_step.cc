@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-// A component leaves its limit if its score there is more of its σ than this; less is rounding.
+// Least score, over its σ, for which a component leaves its limit; less is rounding.
 constexpr double kNoPull = 1e-9;
 // Passes per component at most: 3 n, as of Lawson and Hanson's own program.
 constexpr Eigen::Index kMostFreed = 3;

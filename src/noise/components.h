@@ -23,7 +23,7 @@ constexpr NoiseComponent PoseNoise(Triad triad) {
                                         : NoiseComponent::kMagnetometer;
 }
 
-// The triad of whose pose means it is the noise; unset for rates and turns.
+// The triad whose pose means have this noise; unset for rates and turns.
 constexpr std::optional<Triad> TriadOf(NoiseComponent component) {
   for (const Triad triad : kTriads) {
     if (PoseNoise(triad) == component) return triad;

@@ -27,7 +27,7 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.values[axis];
-      // Below this the observation is needed to determine something, and cannot be tested.
+      // Below this the fit needs the observation to determine something, so it cannot be tested.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
       // An eigenvalue exceeds 1 only by rounding.

@@ -25,7 +25,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
       a2 += weight * Times(changes[s], changes[t]).trace();
     }
   }
-  // No variance was estimated, or only ones without influence: χ².
+  // No variance was estimated, or none with an influence: the test is χ².
   if (!(a2 > 1e-12 * q)) return test;
   const double b = (a1 + 6.0 * a2) / (2.0 * q);
   const double g = ((q + 1.0) * a1 - (q + 4.0) * a2) / ((q + 2.0) * a2);
@@ -33,7 +33,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
   const double c1 = g / d;
   const double c2 = (q - g) / d;
   const double c3 = (q + 2.0 - g) / d;
-  // The moments are expansions for many degrees of freedom, which fail only where there are few.
+  // The moments are expansions for many degrees of freedom, which fail only if there are few.
   const double mean_inverse = 1.0 - a2 / q;
   const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
   if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {

@@ -29,8 +29,8 @@ JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& 
 // Degrees of freedom of a graph's noise with this estimate: infinite if no variance was estimated.
 double NoiseDof(const ExcessEstimate& estimate, const PoseGraph& graph);
 
-// The same for a part of them: the columns of `tested` span the tested directions of the free
-// coordinates; the variances may come from a larger model than `graph`, with whose present
+// The joint test of a part of the parameters: the columns of `tested` span the tested directions of
+// the free coordinates; the variances may come from a larger model than `graph`, with whose present
 // variances `system` was made. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
 JointTest KenwardRogerTest(const ExcessEstimate& estimate,
                            const ReducedSystem& system,

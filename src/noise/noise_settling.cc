@@ -24,7 +24,7 @@ namespace {
 
 // Chosen: rounds that have not settled by then end with a last solution.
 constexpr int kMaxNoiseRounds = 15;
-// Each follows a new integration of the turns; a second is rare, a third rarer.
+// Passes, each after a new integration of the turns; a second is rare, a third rarer.
 constexpr int kMostNoisePasses = 3;
 // From this σ on, 11 degrees, a turn determines nothing of a sensor worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
@@ -32,7 +32,7 @@ constexpr double kSaysNothingRad = 0.2;
 constexpr int kReadmittingRounds = 5;
 // Parameters that a step changes by less than this χ², 0.1 σ, need no further step.
 constexpr double kSmallStepChi2 = 0.01;
-// A step with less than this share of its predicted decrease is too nonlinear and is undone.
+// A step that achieves less than this share of its predicted decrease is undone as too nonlinear.
 constexpr double kKeptPromise = 0.5;
 // Rounding error of a sum of 1e6 squares: 1e6 times 1e-16.
 constexpr double kCostRounding = 1e-10;
@@ -55,7 +55,7 @@ double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& gr
   return sigma * sigma;
 }
 
-// Without rest noise the excess is the whole noise, and exact data would reduce it to zero.
+// Least excess: without rest noise the excess is the whole noise, which exact data would make zero.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
@@ -65,7 +65,7 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   return floor;
 }
 
-// `system`: the graph at its present state; on return with the estimated variances.
+// Estimates the excess. `system`: of the graph at its state; on return with the found variances.
 void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   noise->estimate = EstimateExcess(
       noise->estimated, noise->estimate, noise->excess, ExcessFloor(*noise, *graph), graph, system);
@@ -92,8 +92,8 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
 }
 
 // Residuals that other unknowns explain as well (the tilt of a six-face block, say) contain no
-// information on the excess, so that its estimate and all σ from it would be arbitrary. They are
-// dropped one by one: of two with a determined sum, one is determined without the other.
+// information on the excess, so that its estimate and all σ from it would be arbitrary. Such
+// components are dropped one by one: of two with a determined sum, one is determined alone.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
@@ -158,8 +158,8 @@ bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
   });
 }
 
-// If an excess is undetermined without its rejected observations, they were rejected by an unknown
-// noise. They return, and this component is tested no more. Returns whether there was any.
+// If an excess is undetermined without its rejected observations, an unknown noise rejected them:
+// they return, and this component is tested no more. Returns whether there was such a component.
 bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
                                const PoseGraph& graph,
                                UnknownNoise* unknown) {
@@ -209,7 +209,7 @@ bool TakeRounds(const RobustOptions* robust,
                 int* rounds) {
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++*rounds;
-    // In late rounds borderline observations could be rejected and return for ever.
+    // Without an end to this, borderline observations could be rejected and return for ever.
     WeightChange weights;
     if (robust != nullptr) {
       const bool may_readmit = round < kReadmittingRounds;

@@ -16,10 +16,10 @@ namespace truetriad {
 // The noise that weights the observations, and its sources.
 struct NoiseState {
   PerTriad<NoiseSource> source{};
-  std::vector<NoiseComponent> estimated;  // whose excess is estimated
+  std::vector<NoiseComponent> estimated;  // components whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
-  bool unknown = false;  // there are no residuals, by which it was to be estimated
+  bool unknown = false;  // residuals, from which it was to come, do not show it
 
   // Whether all of this component's noise is estimated from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
@@ -42,15 +42,15 @@ void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
 // The sum of a run's optimisations.
 struct SolveLog {
-  bool converged = false;  // the last one
+  bool converged = false;  // of the last optimisation
   int iterations = 0;
-  double initial_cost = -1.0;  // of the first one
+  double initial_cost = -1.0;  // of the first optimisation
   double final_cost = -1.0;
 
   void Solve(double tolerance, PoseGraph* graph);
 };
 
-// The |z| of one normal variable above which the robust step rejects one of so many tests.
+// The |z| of a normal variable from which the robust step rejects, if it makes `tests` tests.
 double RejectedFrom(std::size_t tests);
 
 // Rows and priors minus unknowns, without rejected observations.

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// Chosen: steps that have not converged by then end the pass, and the next begins with Fisher's.
+// Chosen: steps not converged by then end the pass, and the next begins with a step of Fisher's.
 constexpr int kMaxScoringSteps = 60;
 // A pass may end away from the optimum; the next begins there.
 constexpr int kMostPasses = 3;
@@ -23,9 +23,10 @@ constexpr double kSettledScoring = 1e-4;
 // As a share of a variance: shorter steps are Newton's, and the expected information is computed
 // again when a variance has changed by more.
 constexpr double kNearOptimum = 0.3;
-// Largest factor of a step: without it steps overshot twentyfold, up and down without end.
+// Largest factor by which a step changes a variance: without a limit, steps overshot twentyfold, up
+// and down without end.
 constexpr double kLongestStep = 20.0;
-// 192 rows of B, which stay in the cache.
+// Rows of B that are taken at once, since they stay in the cache.
 constexpr Eigen::Index kRowsAtOnce = 192;
 
 // Rows of Z_s D J with a common variance, component by component.
@@ -184,7 +185,7 @@ bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   return ratio.abs().maxCoeff() < kNearOptimum;
 }
 
-// The information of a variance is proportional to its inverse square, to first order.
+// The information, rescaled to other variances: to first order it goes with their inverse square.
 Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& from,
                          const Eigen::VectorXd& to) {
@@ -212,7 +213,7 @@ class ScoringReach {
     return limit;
   }
 
-  // Takes the square root of the limit where a long step reverses the last one.
+  // Takes the square root of the limit if a long step reverses the last one.
   void Shorten(const Eigen::VectorXd& total, Eigen::VectorXd* step) {
     for (Eigen::Index s = 0; s < total.size(); ++s) {
       double& along = (*step)[s];

@@ -35,7 +35,7 @@ struct ExcessEstimate {
 // The component furthest from its optimum: its score in units of its own σ, the root of its
 // information. A component at its floor is at its optimum if its score is negative.
 struct OffOptimum {
-  // A variance is then off by up to a tenth of its σ, and results from it by far less of theirs.
+  // Most that counts as settled: the variance is off by a tenth of its σ, results by far less.
   static constexpr double kMostSigmas = 0.1;
 
   std::optional<NoiseComponent> component;  // Unset: there is none.
@@ -54,7 +54,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               PoseGraph* graph,
                               ReducedSystem* system);
 
-// For an estimate on `system`, which is of the graph with the estimate's variances.
+// The furthest component of an estimate on `system`, which is of the graph with its variances.
 OffOptimum FurthestOff(const ExcessEstimate& estimate,
                        const ExcessVariance& floor,
                        const PoseGraph& graph,
@@ -69,7 +69,8 @@ VarianceTraces TracesOf(const std::vector<NoiseComponent>& components,
                         const PoseGraph& graph,
                         const ReducedSystem& system);
 
-// Completes an estimate at its variances; `system`: of the graph after EstimateExcess.
+// Sets the Fisher information, sensitivities and curvatures of an estimate at its variances;
+// `system`: of the graph after EstimateExcess.
 void StateCurvatures(const PoseGraph& graph, const ReducedSystem& system, ExcessEstimate* estimate);
 
 // Degrees of freedom of an estimated variance: 2 v^2 / Var(v). Satterthwaite 1946.

@@ -41,7 +41,7 @@ struct Judgement {
 };
 
 // If most poses or turns are rejected, these are not disturbed, but their excess was guessed too
-// small. All of them are admitted until it is estimated.
+// small. All of them are admitted until that excess is estimated.
 void AdmitMajorities(const UnknownNoise& unknown,
                      const std::vector<DeletionTest>& tests,
                      const PoseGraph& graph,
@@ -60,8 +60,8 @@ void AdmitMajorities(const UnknownNoise& unknown,
   }
 }
 
-// |z| above which the weight of an observation falls, by its rank: at the same probability for any
-// rank.
+// |z| above which the weight of an observation falls, by the rank of its test: at the same
+// probability for any rank.
 std::array<double, 4> HuberLimits(double scale) {
   std::array<double, 4> limits{};
   // The tail of a larger scale is below double precision, as if there were no loss function.
@@ -90,7 +90,7 @@ struct TestsOfOne {
   bool has_rejected = false;
 };
 
-// The tests of the same pose as that at `first`; a turn is alone.
+// The tests from `first` on that are of the same pose; a turn has only one test.
 TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, PoseGraph* graph) {
   const bool is_turn = tests[first].component == NoiseComponent::kTurn;
   TestsOfOne found{first, first, false};
@@ -107,7 +107,7 @@ TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, 
   return found;
 }
 
-// The probability of so large a test; `dof` of the noise.
+// The probability of a test at least as large by chance; `dof`: degrees of freedom of the noise.
 double ChanceOf(const DeletionTest& test, double dof) {
   return std::isfinite(dof) ? 1.0 - FisherCdf(test.chi2 / test.rank, test.rank, dof)
                             : 1.0 - ChiSquareCdf(test.chi2, test.rank);

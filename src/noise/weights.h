@@ -12,14 +12,14 @@ namespace truetriad {
 // Probability, over all poses and sensors of a run, that some undisturbed observation is rejected.
 constexpr double kRejectionLevel = 0.01;
 
-// A turn of a known angle: its noise is mostly that of the statement, not the excess.
+// Whether the test is of a turn of known angle, whose noise is mostly that of the statement.
 inline bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
   return test.component == NoiseComponent::kTurn &&
          graph.increments[test.observation].stated_turn >= 0;
 }
 
-// Components of the noise that were to be estimated, and those of them for which this leaves no
-// test of disturbed observations.
+// Components of the noise that were to be estimated, and those of them that are undetermined, so
+// that disturbed observations cannot be told.
 struct UnknownNoise {
   std::vector<NoiseComponent> components;
   std::vector<NoiseComponent> unjudged;

@@ -15,12 +15,12 @@
 namespace truetriad {
 namespace {
 
-// Chosen: random programs are tried up to this many times as long as the planned one.
+// Chosen: random programs are at most this many times as long as the planned one.
 constexpr int kRandomStretch = 3;
-// 0.2 rad, 11 deg: a block stands on its faces, so that a six-face program has no other poses.
+// Largest tilt with which a pose counts as standing on a face of a six-face block, rad (11 deg).
 constexpr double kLargestFaceTilt = 0.2;
 
-// Log of the geometric mean; infinite where one quantity is not determined.
+// Log of the geometric mean of σ; infinite if one quantity is not determined.
 double MeanLog(const Eigen::VectorXd& sigmas) { return sigmas.array().log().mean(); }
 
 RandomComparison CompareWithRandom(const PlanProblem& problem,
@@ -29,11 +29,11 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
                                    const Eigen::VectorXd& planned) {
   const std::size_t count = plan.program.poses.size();
   const std::size_t longest = kRandomStretch * count;
-  // A block has no other poses than its faces.
+  // A six-face block only stands on its faces.
   const bool from_grid = options.calibrate.attitudes.kind == AttitudeKind::kSixFace;
   const std::vector<Eigen::Quaterniond> faces = SixFaceAttitudes();
   Random random(options.seed);
-  // Gains of each draw when it has 1, 2, … poses more than are measured.
+  // By number of poses, the gain of the plan over each draw: the ratio of their geometric mean σ.
   std::vector<std::vector<double>> gains(longest + 1);
   for (int draw = 0; draw < options.random_draws; ++draw) {
     std::vector<ProgramPose> poses(longest);
@@ -53,7 +53,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
       gains[n].push_back(std::exp(MeanLog(problem.Sigmas(information)) - MeanLog(planned)));
     }
   }
-  // The quantile of the draws' gains.
+  // The quantile `share` of the gains over draws of n poses.
   const auto gain_at = [&gains](std::size_t n, double share) {
     std::vector<double>& sorted = gains[n];
     std::sort(sorted.begin(), sorted.end());
@@ -70,7 +70,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   return comparison;
 }
 
-// The purpose of each pose. Without the pose the turns on both sides of it become one.
+// What each pose is for: the quantity whose σ grows most without it (one turn then replaces two).
 std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
                                     const std::vector<ProgramPose>& poses,
                                     const Eigen::VectorXd& sigmas) {
@@ -91,7 +91,7 @@ std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
   return purposes;
 }
 
-// Labels each pose with words for the operator, without a heading that no sensor sees.
+// Labels each pose with words for the operator; without the heading if no sensor measures it.
 void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   for (ProgramPose& pose : *poses) {
     pose.label = AttitudeInWords(pose.world_from_body);
@@ -99,7 +99,7 @@ void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   }
 }
 
-// A condition on the options, with the key and the message of an error where it does not hold.
+// A condition on the options, with the key and the message of the error if it does not hold.
 struct Rule {
   bool holds;
   const char* key;
@@ -118,7 +118,7 @@ Status AllHold(const std::vector<Rule>& rules) {
   return Error(ErrorCode::kInvalidExperiment, problems).About(key);
 }
 
-// Whether a six-face block can take all poses that there are to choose from.
+// Whether a six-face block stands on a face in all poses from which the plan may choose.
 bool StandsOnFaces(const PlanOptions& options) {
   const auto stands = [](const Eigen::Quaterniond& world_from_body) {
     const Eigen::Vector3d up = world_from_body.conjugate() * Eigen::Vector3d::UnitZ();
@@ -161,7 +161,7 @@ std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
     if (options.program) continue;
     if (!problem.has_gyroscope()) item.poses_needed = FewestPoses(problem, options, name);
     if (!item.met) continue;
-    // The search is not exhaustive: a σ that the program reaches needs no more poses than it has.
+    // The search is not exhaustive: a σ that the program reaches needs no more than its poses.
     const auto taken = static_cast<int>(plan.program.poses.size());
     item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
   }
@@ -246,7 +246,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     plan.program = *options.program;
   } else {
     TRUETRIAD_ASSIGN_OR_RETURN(plan.program.poses, FindPoses(measured, options, problem));
-    // A turn needs a heading even where no sensor sees one.
+    // For turns, the operator needs a heading even if no sensor measures it.
     Label(problem.has_heading() || problem.has_gyroscope(), &plan.program.poses);
   }
 

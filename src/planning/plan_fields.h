@@ -42,7 +42,7 @@ void Fields(V& visit, Like<Plan> auto& plan) {
   visit("messages", plan.messages);
 }
 
-/// As JSON: the program as its file has it.
+/// The plan as JSON; its program has the keys of its YAML file.
 inline Json PlanTree(const Plan& plan) {
   Json tree = ToTree(plan);
   tree["program"] = AsInYaml(std::move(tree["program"]));

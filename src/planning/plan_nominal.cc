@@ -23,14 +23,14 @@ namespace {
 
 // Assumed rate of the gyroscope's readings, Hz: only the density of their noise matters.
 constexpr double kPlannedRateHz = 100.0;
-// The field's strength at middle latitudes.
+// Strength of the field as at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
-constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // likewise
+constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // Dip at middle latitudes.
 
 }  // namespace
 
-// Chooses where the graph is linearised and the noise of its rows: by a calibration of the measured
-// poses if they suffice for one, else as stated.
+// Chooses the nominal unit, at which the graph is linearised, and the noise of the graph's rows: by
+// a calibration of the measured poses if they suffice for one, else as stated.
 Status PlanProblem::ChooseNominal() {
   const bool free_attitudes = calibrate().attitudes.kind == AttitudeKind::kNone;
   if (!measured_.poses.empty()) {
@@ -175,7 +175,7 @@ Status PlanProblem::ChooseNoise() {
   return {};
 }
 
-// The approximate σ of a pose's attitude about each axis, by the noise of its readings.
+// The approximate σ of a pose's attitude about each axis, from the noise of its readings.
 double PlanProblem::AttitudeSigma() const {
   double variance = options_.attitude_sigma_rad.squaredNorm() / 3.0;
   if (calibrate().attitudes.kind == AttitudeKind::kGiven) return std::sqrt(variance);
@@ -193,7 +193,7 @@ double PlanProblem::AttitudeSigma() const {
   return std::sqrt(variance);
 }
 
-// Sets the noise of a turn by that inside the rests, which integrates over the turn.
+// Sets the noise of a turn: the noise of readings at rest, integrated over the turn.
 Status PlanProblem::ChooseTurns() {
   const TriadOptions& sensor = calibrate().triads[Triad::kGyroscope];
   turns_.gyroscope = *nominal_.models[Triad::kGyroscope];

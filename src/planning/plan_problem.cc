@@ -26,11 +26,11 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the information below this share of the largest are rounding.
+// Eigenvalues of the information count as zero below this share of the largest: they are rounding.
 constexpr double kRoundingShare = 1e-14;
-// Inverse condition number above which an inverse keeps six digits and more.
+// Inverse condition number above which an inverse keeps at least six digits.
 constexpr double kWellConditioned = 1e-10;
-// So many samples that a rest is as long as the time between its first and last one.
+// Samples of a planned rest: so many that the sampling interval does not add to its length.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
@@ -90,8 +90,8 @@ Result<PlanProblem> PlanProblem::Create(const PoseSet& measured, const PlanOptio
   return problem;
 }
 
-// The layout is that of all planned poses: every face of a block has its tilt, and the scaled
-// variables of temperature terms span all temperatures.
+// Lays out the parameters for all planned poses: every face of a block has its tilt, and the
+// temperature range that scales temperature terms includes all temperatures.
 Status PlanProblem::ChooseLayout() {
   TRUETRIAD_RETURN_IF_ERROR(BuildNodes(measured_, calibrate(), source_));
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -128,7 +128,7 @@ PoseSet PlanProblem::WithReadings(PoseSet set, const std::vector<ProgramPose>& p
       set.moves.back().from = set.poses.size() - 1;
     }
     before = &planned;
-    // No planned pose has the number of a measured one.
+    // A planned pose must not have the number of a measured one.
     const std::vector<StaticPose>& last = (set.poses.empty() ? measured_ : set).poses;
     StaticPose pose;
     pose.number = last.empty() ? 1 : last.back().number + 1;
@@ -169,8 +169,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  // The measured readings are the real unit's, which may differ from the nominal one by far, and
-  // one calibration cannot hold both: the nominal unit's readings in their attitudes replace them.
+  // The measured readings are those of the real unit, which may differ much from the nominal one;
+  // no calibration fits both. Readings of the nominal unit in the same attitudes replace them.
   std::vector<ProgramPose> measured;
   for (const PoseNode& node : graph_.nodes) {
     ProgramPose& pose = measured.emplace_back();
@@ -231,7 +231,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
                   &shared_jacobian,
                   &tangent_jacobian);
     const PoseRowMatrix root = node.SquareRootInformation();
-    // The attitude cannot absorb the whitened rows across the range of its Jacobian.
+    // Only rows orthogonal to the attitude's Jacobian count: the attitude absorbs the others.
     Eigen::MatrixXd whitened = Times(Times(root, shared_jacobian), to_free);
     if (node.tangent_size() > 0) whitened = InFrameOf(Times(root, tangent_jacobian), whitened);
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));
@@ -242,7 +242,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
   const Cholesky factor(information);
   if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
-    // Everything is determined: the factor is many times as fast as the eigenvectors.
+    // Everything is determined, and the Cholesky factor is much faster than eigenvectors.
     return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
   const SymmetricEigen solver = EigenOfSymmetric(information);

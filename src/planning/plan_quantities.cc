@@ -16,16 +16,16 @@
 namespace truetriad {
 namespace {
 
-// A quantity as an entry of the solution over a divisor.
+// A quantity: an entry of the solution divided by `divisor`.
 struct ScaledEntry {
   PlanQuantity quantity;
   double divisor = 1.0;
-  // Sensor by sensor, then the reference; biases, gains and misalignments by axis, then all else as
-  // the solution lists it.
+  // Sort key: sensor by sensor, then the reference; of a sensor first biases, gains and
+  // misalignments by axis, then all else as the solution lists it.
   std::tuple<int, int, std::string> order;
 };
 
-// Quantities are by sensing axis, whatever body axis it is mounted along, as limits are.
+// Like limits, quantities are named by sensing axis, whatever body axis that is mounted along.
 ScaledEntry OfSensor(const ParameterName& name,
                      const Eigen::Matrix3d& S,
                      const ReferenceVector& reference,
@@ -92,7 +92,7 @@ void PlanProblem::FindQuantities() {
   const Eigen::MatrixXd rows = solution.from_free * scale_.asDiagonal();
   std::vector<std::pair<ScaledEntry, Eigen::RowVectorXd>> entries;
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
-    if (rows.row(i).isZero(0.0)) continue;  // held, or fixed by the gauge
+    if (rows.row(i).isZero(0.0)) continue;  // a parameter that is held, or fixed by the gauge
     const std::string& name = solution.covariance.parameters[static_cast<std::size_t>(i)];
     const auto parsed = ParameterName::Parse(name);
     ScaledEntry entry = parsed ? OfSensor(*parsed,

@@ -23,22 +23,22 @@ namespace {
 constexpr int kStarts = 12;
 // Chosen: most rounds in which the weights are adapted to the σ that they led to.
 constexpr int kWeightRounds = 8;
-// Chosen: after so many rounds without a better program the weights no longer improve it.
+// Chosen: number of rounds without a better program after which the weights count as settled.
 constexpr int kIdleRounds = 3;
-// Chosen: a quarter of all starts, to save time, tries whether one pose fewer suffices.
+// Chosen: starts that try whether one pose fewer suffices; a quarter of all, to save time.
 constexpr int kSparingStarts = 3;
-// Prior σ of every parameter in units of the signal, so wide that it only bounds unknown ones.
+// Prior σ of every parameter in units of the signal: so wide that it only bounds undetermined ones.
 constexpr double kAnything = 10.0;
-// 1 deg: no operator turns a unit more finely by hand.
+// Finest turn, 1 deg: no operator turns a unit more finely by hand.
 constexpr double kFinestTurnRad = kRadPerDeg;
 // So many candidates' rows, about 200 of 60 unknowns, stay in the cache.
 constexpr std::size_t kAtOnce = 24;
 // A guard: sweeps end by kLeastGain or kLeastRefinement.
 constexpr int kMostSweeps = 10;
-// An exchange must gain more than the pose it replaces by this share: less is rounding, and sweeps
-// would never end.
+// Share by which an exchange must gain more than the pose that it replaces: smaller gains are
+// rounding, and because of them sweeps would never end.
 constexpr double kLeastGain = 1e-6;
-// The same for a turn off the grid, which would go on gaining ever less.
+// As kLeastGain, for turns off the grid, which would go on with ever smaller gains.
 constexpr double kLeastRefinement = 1e-4;
 
 // Poses, with the information rows of each.
@@ -68,8 +68,8 @@ class Vacancy {
     double gain = -1.0;
   };
 
-  // The candidate of most gain: by how much the cost falls when it is added. With P = M^-1 and rows
-  // B of a candidate:
+  // The candidate with the largest gain, the decrease of the cost when it is added. With P = M^-1
+  // and rows B of a candidate, the gain is
   //   D: log det(I + B P B^T)      A: tr((I + B P B^T)^-1 B P W P B^T)
   Choice Best(const std::vector<InformationRows>& candidates) const {
     using Small =
@@ -103,7 +103,7 @@ class Vacancy {
       } else {
         gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
       }
-      // Equal gains differ by rounding: the first is taken, so that every machine picks the same.
+      // Equal gains differ by rounding: the first one counts, so that all machines pick the same.
       if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
       at += rows.rows();
     }
@@ -115,8 +115,8 @@ class Vacancy {
   Eigen::MatrixXd weighted_;    // P W P; empty for D
 };
 
-// All poses of the grid, temperature by temperature; where no sensor sees the heading, one for each
-// direction of up.
+// All poses of the grid, temperature by temperature; if no sensor measures the heading, one pose
+// for each direction of up.
 std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   std::vector<ProgramPose> poses;
   const auto up = [](const Eigen::Quaterniond& q) {
@@ -140,8 +140,8 @@ std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   return at_temperatures;
 }
 
-// Searches for the program: greedily, by exchange over the grid, off the grid where that is
-// allowed, from several starts; for the number of poses by bisection where σ are wanted.
+// Searches for a program from several starts, one of them greedy: by exchange over the grid, then
+// off the grid if that is allowed. If σ are wanted, finds the number of poses by bisection.
 class PlanSearch {
  public:
   PlanSearch(const PlanProblem& problem, const PlanOptions& options)
@@ -163,7 +163,7 @@ class PlanSearch {
     }
   }
 
-  // The program that the options ask for, in no order.
+  // The program that the options ask for, in no particular order.
   std::vector<ProgramPose> Find() const {
     int count = options_.poses;
     if (count == 0) count = Fewest().value_or(options_.max_poses);
@@ -181,8 +181,8 @@ class PlanSearch {
     return programs.front().poses;
   }
 
-  // The fewest poses whose score is at most 1; unset: more than max_poses. As many as the model
-  // needs where no σ is wanted.
+  // The fewest poses whose score is at most 1; unset: more than max_poses are needed. If no σ is
+  // wanted, as many as the model needs.
   std::optional<int> Fewest() const {
     if (!wants()) return least_;
     const auto reaches = [&](int count, int starts) {
@@ -198,7 +198,7 @@ class PlanSearch {
       const int middle = (low + high) / 2;
       (reaches(middle, 1) ? high : low) = middle;
     }
-    // One start may have missed what another finds.
+    // Another start may find what the first one missed.
     while (high > least_ && reaches(high - 1, kSparingStarts)) --high;
     return high;
   }
@@ -212,7 +212,7 @@ class PlanSearch {
     });
   }
 
-  // `information` plus that of the program, without one of its poses.
+  // `information` plus that of the program, without its pose number `without`.
   static Eigen::MatrixXd Sum(Eigen::MatrixXd information,
                              const Program& program,
                              std::optional<std::size_t> without = std::nullopt) {
@@ -223,7 +223,7 @@ class PlanSearch {
     return information;
   }
 
-  // Without wanted σ: the criterion itself. With them: the largest σ / wanted.
+  // Less is better. Without wanted σ: the criterion itself; with them: the largest σ / target.
   double Score(const Program& program) const {
     if (!wants() && options_.criterion == PlanCriterion::kDeterminant) {
       return -Cholesky(Sum(base_, program)).LogDeterminant();
@@ -233,15 +233,15 @@ class PlanSearch {
     return (sigmas.array() / targets_.array()).maxCoeff();
   }
 
-  // Exchanges each pose for the best one that `offered` has in its place, until no exchange gains
-  // `least_gain`.
+  // Exchanges each pose for the best of the candidates offered(pose), until no exchange gains more
+  // by the share `least_gain`.
   template <class Offered>
   void ExchangeUntilSettled(const Offered& offered, double least_gain, Program* program) const {
     bool improved = true;
     for (int sweep = 0; improved && sweep < kMostSweeps; ++sweep) {
       improved = false;
       for (std::size_t k = 0; k < program->poses.size(); ++k) {
-        // Summed anew: subtracting the only pose with some information would leave rounding there.
+        // Summed anew: subtracting the pose would leave rounding where it alone had information.
         const Vacancy vacancy(Sum(base_, *program, k), program->weights);
         const Candidates& candidates = offered(program->poses[k]);
         const Vacancy::Choice best = vacancy.Best(candidates.rows);
@@ -262,7 +262,7 @@ class PlanSearch {
 
   // Moves poses off the grid, one at a time, by ever smaller turns about the body axes.
   Program Refined(Program program) const {
-    // Half the spacing of as many attitudes spread over SO(3), whose volume is 8 pi^2.
+    // Half the spacing of the grid's attitudes over SO(3), whose volume is 8 pi^2.
     double step = 0.5 * std::cbrt(8.0 * std::numbers::pi * std::numbers::pi /
                                   static_cast<double>(options_.grid.attitudes.size()));
     for (; step > kFinestTurnRad; step *= 0.5) {
@@ -291,8 +291,8 @@ class PlanSearch {
     return weights;
   }
 
-  // Adapts the weights to the σ that they led to. Without wanted σ they are 1/σ^2, of which a fixed
-  // point minimises the sum of log σ. With wanted σ those that are still too large count more.
+  // Adapts the weights to the σ of the round before. Without wanted σ they become 1/σ^2, whose
+  // fixed point minimises the sum of log σ; with wanted σ, those still too large get more weight.
   Program BestFrom(Program program) const {
     if (options_.criterion == PlanCriterion::kDeterminant) {
       ExchangeOverGrid({}, &program);
@@ -315,19 +315,19 @@ class PlanSearch {
       if (better) best = program;
       idle = better ? 0 : idle + 1;
       if (idle == (wants() ? kIdleRounds : 1) || !std::isfinite(program.score)) break;
-      if (wants() && options_.poses == 0 && best.score <= kReached) break;  // that is enough
+      if (wants() && options_.poses == 0 && best.score <= kReached) break;  // no σ is too large
     }
     return best;
   }
 
-  // Programs of `count` poses of the grid, from as many starts, best first.
+  // Programs of `count` poses of the grid, one from each of `starts` starts, best first.
   std::vector<Program> Programs(int count, int starts) const {
     Random random(options_.seed);
     std::vector<Program> programs;
     for (int start = 0; start < starts; ++start) {
       Program program;
       for (int k = 0; k < count; ++k) {
-        // The greedy start uses D: with few poses A depends only on what is least determined.
+        // The greedy start uses D: with few poses, A depends only on what is least determined.
         const std::size_t next =
             start == 0
                 ? Vacancy(Sum(base_, program), {}).Best(grid_.rows).candidate
@@ -341,7 +341,7 @@ class PlanSearch {
     return programs;
   }
 
-  // From all starts and refined, best first.
+  // Programs from all starts, refined if poses may be off the grid, best first.
   std::vector<Program> BestPrograms(int count) const {
     std::vector<Program> programs = Programs(count, kStarts);
     for (Program& program : programs) {
@@ -359,10 +359,10 @@ class PlanSearch {
   Eigen::MatrixXd base_;  // known information plus a weak prior, so that there is an inverse
   Eigen::VectorXd targets_;
   std::vector<bool> is_wanted_;
-  int least_;  // fewer poses are not enough for the model
+  int least_;  // the fewest poses that may be enough for the model
 };
 
-// Largest σ of the gyroscope over wanted σ.
+// The largest ratio of a σ of the gyroscope to the wanted σ.
 double WorstOfGyroscope(const PlanProblem& problem,
                         const PlanOptions& options,
                         const Eigen::VectorXd& sigmas) {
@@ -391,7 +391,7 @@ Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
   if (!problem.has_gyroscope()) {
     return OrderForOperator(PlanSearch(problem, options).Find(), problem.has_heading());
   }
-  // An eighth more poses each round: ten rounds from the least program to three times as many.
+  // Each round has an eighth more poses: ten rounds lead to three times as many as the first has.
   constexpr int kShareMore = 8;
   PlanOptions without = options;
   without.calibrate.triads[Triad::kGyroscope].enabled = false;

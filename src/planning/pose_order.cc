@@ -22,16 +22,16 @@ Order::iterator At(Order* order, std::size_t place) {
 
 // σ of an unknown heading, rad: more than a full turn.
 constexpr double kAnyHeadingRad = 10.0;
-// Prior information of every entry, σ = 100 %: log det is finite before all axes have turns.
+// Prior information of every entry, σ = 100 %: log det is finite even if an axis has no turns.
 constexpr double kHardlyKnown = 1.0;
-// A change of the order must gain this, rad of turning or of log det: less is rounding.
+// Least gain for which the order is changed, in rad of turning or in log det: less is rounding.
 constexpr double kLeastTurnGain = 1e-6;
-// A guard: sweeps end by kLeastTurnGain.
+// A guard: usually kLeastTurnGain ends the sweeps.
 constexpr int kMostOrderSweeps = 50;
-// Chosen: 6 deg each of a quarter turn, over which gravity in the body is nearly linear in time.
+// Chosen: 6 deg per step of a quarter turn, over which gravity in the body frame is nearly linear.
 constexpr int kIntegrationSteps = 16;
 
-// 9 entries of the matrix and 3 of each axis term.
+// A gyroscope's parameters with axis terms: 9 entries of the matrix and 3 of each term.
 constexpr int kBent = 9 + 3 * static_cast<int>(CountAxisTerms(Triad::kGyroscope));
 using TurnInformation = Eigen::Matrix<double, kBent, kBent>;
 
@@ -60,7 +60,7 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
     const Eigen::Vector3d vertical = to.conjugate() * Eigen::Vector3d::UnitZ();
     covariance += kAnyHeadingRad * kAnyHeadingRad * vertical * vertical.transpose();
   }
-  // Derivatives by relative changes of the gains.
+  // Derivatives with respect to relative changes of the gains.
   const Eigen::Vector3d gain = turns.gyroscope.sensitivity.rowwise().norm();
   Eigen::Matrix<double, 3, kBent> by;
   by.leftCols<9>() = seen.by_sensitivity * gain.replicate<3, 1>().asDiagonal();
@@ -73,8 +73,8 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   return by.transpose() * Cholesky(covariance).Solve(by);
 }
 
-// Reverses runs of the order from `first` to before `last`, and swaps two poses where `swaps`, as
-// long as that lowers cost(order), within one temperature: the chamber goes to each once.
+// Reverses runs of the order from `first` to before `last`, and with `swaps` also swaps pairs, as
+// long as that lowers cost(order). It stays within temperatures: the chamber goes to each once.
 template <class Cost>
 void Improve(const std::vector<ProgramPose>& poses,
              std::size_t first,
@@ -140,7 +140,7 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
     return a.temperature_degc < b.temperature_degc;
   });
   const std::size_t count = poses.size();
-  // The angle of the turn from each pose to each, rad; the last row is from level.
+  // Angles of the turns from each pose (row) to each pose, rad; the last row is from a level unit.
   std::vector<double> turns;
   for (std::size_t from = 0; from <= count; ++from) {
     const Eigen::Quaterniond at =
@@ -162,7 +162,7 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
       double least = std::numeric_limits<double>::infinity();
       std::size_t nearest = k;
       for (std::size_t other = k; other < last; ++other) {
-        // Equal turns differ by rounding: the first is taken, so that every machine picks the same.
+        // Equal angles differ by rounding: the first pose wins, so that all machines pick the same.
         if (turn(at, order[other]) > least - kLeastTurnGain) continue;
         least = turn(at, order[other]);
         nearest = other;

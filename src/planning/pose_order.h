@@ -11,17 +11,17 @@
 
 namespace truetriad {
 
-// How the unit is turned from one pose of a program into the next, and how well a gyroscope
-// measures it.
+// How the unit is turned from one pose of a program to the next, and how well a gyroscope measures
+// such a turn.
 struct PlannedTurns {
   TriadModel<double> gyroscope;
-  bool is_bent = false;  // its axis terms are estimated too
+  bool is_bent = false;  // the gyroscope's axis terms are estimated, too
   double duration_s = 2.0;
-  double rate_hz = 100.0;                                       // of the readings
-  Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // of one of them
-  double sigma_rad = 0.0;                                       // of a turn, beyond their noise
-  double attitude_sigma_rad = 0.0;                              // of the poses, about each axis
-  bool has_heading = true;                                      // it is known
+  double rate_hz = 100.0;                                       // of the gyroscope's readings
+  Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // of one reading
+  double sigma_rad = 0.0;                                       // of a turn, beyond readings' noise
+  double attitude_sigma_rad = 0.0;                              // of a pose, about each axis
+  bool has_heading = true;                                      // that of the poses is known
 };
 
 // What exact sensors read while the unit is turned at one rate about one axis, the shortest way.
@@ -32,15 +32,15 @@ RecordedMove ExactMove(const Eigen::Quaterniond& from,
                        const TriadModel<double>& accelerometer,
                        const Eigen::Vector3d& up);
 
-// The poses in an order that needs little turning: temperature by temperature, rising; in each the
-// shortest round that nearest neighbours and 2-opt find, from the attitude of the pose before it.
+// The poses in an order that needs little turning. Temperatures rise; at each of them, the path is
+// the shortest that nearest neighbours and 2-opt find, from the attitude of the pose before it.
 //
 //   `heading_counts`  false: only what is up matters, so headings are turned freely
 std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool heading_counts);
 
 // Orders the poses of a program so that the turns between them determine the gyroscope's matrix
-// best, by the determinant of their information; temperatures stay in order. Reverses runs of poses
-// and swaps pairs until neither increases it.
+// best: the determinant of their information is largest. Temperatures stay in order. Reverses runs
+// of poses and swaps pairs until neither increases the determinant.
 std::vector<ProgramPose> OrderForGyroscope(const std::vector<ProgramPose>& poses,
                                            const PlannedTurns& turns);
 

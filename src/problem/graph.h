@@ -18,7 +18,8 @@ struct ScalarPrior {
   double sigma = 1.0;
 };
 
-// The factor graph (docs/method.md, "Factors"): shared parameters, one node a pose, priors.
+// The factor graph (docs/method.md, "Factors"): shared parameters, one node per pose, the turns
+// between nodes, priors.
 struct PoseGraph {
   SharedLayout layout;
   Eigen::VectorXd shared;
@@ -27,17 +28,17 @@ struct PoseGraph {
   Eigen::VectorXd integrated_at;  // the shared parameters at which the increments were integrated
   std::vector<ScalarPrior> priors;
   Solver solver = Solver::kEliminated;
-  // Given attitudes were transformed by this into a level frame.
+  // The rotation that transformed the given attitudes into a level frame.
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 
-  // At the reference temperature.
+  // Sensitivity (raw per true unit) and bias (raw unit) of a triad at the reference temperature.
   Eigen::Map<const Eigen::Matrix3d> sensitivity(Triad triad) const {
     return Eigen::Map<const Eigen::Matrix3d>(&shared[layout.sensitivity[triad]]);
   }
   Eigen::Map<const Eigen::Vector3d> bias(Triad triad) const {
     return Eigen::Map<const Eigen::Vector3d>(&shared[layout.bias[triad]]);
   }
-  // At the temperature of one pose.
+  // The model of a triad at the temperature of a pose.
   TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const {
     return node.ModelOfTriad(layout, shared.data(), triad);
   }

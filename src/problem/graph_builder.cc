@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// A zero seat σ is replaced by this, since a zero variance has no inverse; 1e-7 rad is 0.1 µm/m.
+// Least σ of a seat, since a zero variance has no inverse; 1e-7 rad is 0.1 µm/m.
 constexpr double kSmallestSeatRad = 1e-7;
 
 // A turn that the graph can use: node `from` and the next one are of consecutive poses.
@@ -49,10 +49,10 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   return turns;
 }
 
-// Makes poses at the ends of a turn whole rotations; where nothing in a chain of turns determines
-// its heading, that of its first pose is held.
+// Makes the unknown of poses at the ends of a turn a rotation (kRotation); if nothing in a chain of
+// turns determines its heading, the heading of its first pose is held.
 void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
-  std::vector<bool> linked(nodes->size(), false);  // to the next
+  std::vector<bool> linked(nodes->size(), false);  // by a turn to the next node
   for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
   for (std::size_t begin = 0; begin < nodes->size();) {
     std::size_t end = begin;
@@ -66,7 +66,7 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
-// The earth's rate in a gyroscope's readings depends on the heading of each pose: it must be known.
+// Requires each pose's heading, on which the earth's rate in the gyroscope's readings depends.
 Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   bool heading_is_held = false;  // of the chain that the node belongs to
   for (const PoseNode& node : nodes) {
@@ -109,7 +109,7 @@ void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   });
 }
 
-// Gives the node the attitude that is known of its pose, exactly or with a σ.
+// Gives the node the known attitude of its pose, which is exact or has a σ.
 Status TakeGivenAttitude(const PoseSet& poses, const StaticPose& pose, PoseNode* node) {
   if (!pose.attitude) {
     return Error(ErrorCode::kDoesNotMatch,
@@ -141,7 +141,7 @@ Status TakeTemperature(const PoseSet& poses, const StaticPose& pose, PoseNode* n
   return {};
 }
 
-// The node of a pose; unset if no sensor of it counts. `face`: -1 where none is known.
+// The node of a pose; unset if no reading of it counts. `face`: the face that is up; -1: unknown.
 Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
                                        const StaticPose& pose,
                                        int face,
@@ -166,7 +166,7 @@ Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
   const bool counts = vectors > 0 || options.HasGyroscopeAlone();
   if (!counts || node.observations.empty()) return std::optional<PoseNode>();
   if (options.HasThermal()) TRUETRIAD_RETURN_IF_ERROR(TakeTemperature(poses, pose, &node));
-  // A gyroscope alone at rest: it reads its bias, whatever the attitude.
+  // A gyroscope alone at rest reads its bias whatever the attitude, which is therefore no unknown.
   node.kind = vectors == 0   ? PoseKind::kHeld
               : vectors == 1 ? PoseKind::kDirection
                              : PoseKind::kRotation;
@@ -218,7 +218,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
     edge.session = first.session;
-    // The current accelerometer computes the forces at each integration.
+    // Each integration computes the forces anew, by the accelerometer's current parameters.
     edge.move = MoveOf(*turn.move, nullptr);
     if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
     edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);
@@ -249,7 +249,7 @@ PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) 
   }
   PoseGraph graph = solved;
   LayOutParameters(options, start, &graph);
-  graph.nodes = solved.nodes;  // with the attitudes that they have
+  graph.nodes = solved.nodes;  // The solved attitudes, which LayOutParameters has replaced.
   const SharedLayout& layout = graph.layout;
   const std::vector<int> places = PlacesIn(solved.layout, layout);
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -52,8 +52,8 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   }
 }
 
-// σ of a held heading. Nothing else determines it, so that any value gives the same result, but a
-// value far from the σ of turns costs digits in the elimination.
+// σ of a held heading. Nothing else determines that heading, so that any σ gives the same result,
+// but one far from the σ of turns costs digits in the elimination.
 constexpr double kHeldHeadingRad = 1e-3;
 
 }  // namespace

@@ -19,7 +19,7 @@ std::unique_ptr<Row> RowOf(const IncrementEdge& edge, const SharedLayout& layout
 // The row of a prior.
 std::unique_ptr<Row> RowOf(const ScalarPrior& prior, const SharedLayout& layout);
 
-// W with W^T W the inverse of variance / weight: lower triangular.
+// The lower triangular W for which W^T W is the inverse of variance / weight.
 RowRoot RootOf(const Eigen::Matrix3d& variance, double weight);
 
 // The whitening root of each of RowsOf(node).

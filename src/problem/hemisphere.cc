@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-// Replaces a dip beyond the vertical by its supplement; north is then turned half a turn.
+// Replaces a dip beyond the vertical by its supplement. True: it did, so north is half a turn away.
 bool FoldDip(PoseGraph* graph) {
   double& dip = graph->shared[graph->layout.reference + kDip];
   dip = std::remainder(dip, 2.0 * std::numbers::pi);
@@ -21,7 +21,7 @@ bool FoldDip(PoseGraph* graph) {
   return true;
 }
 
-// Reverses the magnetometer, with the field on the other side of the horizontal.
+// Reverses the signs of the magnetometer's matrix, of its directions and of a free dip.
 void Reverse(PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const int dip_at = layout.reference + kDip;
@@ -36,8 +36,8 @@ void Reverse(PoseGraph* graph) {
   }
 }
 
-// Turns every attitude, or where those are given the field, half a turn about the vertical. False
-// in the second case.
+// Rotates every attitude, or the field if attitudes are given, by half a turn about the vertical.
+// Returns whether attitudes were rotated.
 bool TurnHalfway(const CalibrateOptions& options, PoseGraph* graph) {
   if (options.attitudes.kind == AttitudeKind::kGiven) {
     double& heading = graph->shared[graph->layout.reference + kHeading];
@@ -81,7 +81,7 @@ double SideOfStatedDip(const Knowledge& stated, double dip_rad) {
 }
 
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
-  constexpr double kFar = 4.0;  // σ; t with 10 degrees of freedom exceeds it in 1 of 800 (one side)
+  constexpr double kFar = 4.0;  // σ; Student's t with 10 dof exceeds it in 1 of 800 (one side)
   return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
 }
 

@@ -16,45 +16,45 @@ namespace truetriad {
 // The gyroscope's rotation from one pose to the next, dR, which rows/turn_row.h compares with the
 // attitudes.
 //
-// A stated turn leads from one held attitude to another: Identity and Exp(angle * axis). Both are
-// known except for whole turns, which the end attitude does not show.
+// A stated turn leads from one held attitude to another: Identity and Exp(angle * axis). Both
+// attitudes are known, but they do not show the number of whole turns between them.
 //
-// dR is linear in the gyroscope's parameters about the point where it was integrated; Integrate
-// moves that point.
+// dR is linear in the gyroscope's parameters about the parameters at which it was integrated;
+// Integrate changes those.
 struct IncrementEdge {
   std::size_t from = 0;  // index of the first node; the second is the next
   GyroMove move;
-  // The accelerometer at the same times; empty where there is no g-sensitivity.
+  // Readings of the accelerometer at the same times, raw unit; empty without g-sensitivity.
   std::vector<Eigen::Vector3d> accelerometer_raw;
-  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Ones();  // of one reading
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Ones();  // σ of one gyroscope reading
   RateSampling sampling = RateSampling::kInstantaneous;
-  // Mean of both poses; only read where there are temperature terms.
+  // Temperature and its rate, as the mean of both poses; used only by temperature terms.
   double temperature_degc = 25.0;
   double temperature_rate_degcps = 0.0;
   int session = 0;
 
-  GyroModel at;  // where it was integrated
+  GyroModel at;  // the gyroscope's parameters at which `increment` was integrated
   GyroIncrement increment;
 
-  // Of a stated turn: its place in PoseSet::turns, and the covariance of its end.
+  // For a stated turn: its index in PoseSet::turns, else -1; covariance of its end attitude, rad².
   int stated_turn = -1;
   Eigen::Matrix3d stated_covariance = Eigen::Matrix3d::Zero();
 
-  // Covariance of the rows: the readings' noise, the excess, and the stated covariance.
+  // Covariance of the rows, rad²: the readings' noise, the excess noise and the stated covariance.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again at the present parameters; the forces are those of the present accelerometer,
-  // whose errors hardly change the turn.
+  // Integrates again at the parameters `shared`, with forces by the accelerometer's parameters
+  // there, whose errors hardly change the turn.
   void Integrate(const SharedLayout& layout, const double* shared);
 
-  // The rotation at other parameters than those of `increment`.
+  // The rotation integrated at the parameters `shared`, instead of those of `increment`.
   Eigen::Quaterniond RotationAt(const SharedLayout& layout, const double* shared) const;
 
-  // The rotation of the world by the earth's rate at `shared` during the turn, rad; zero where it
-  // is neglected.
+  // The rotation of the world by the earth's rate at `shared` during the turn, rad; zero if that
+  // rate is neglected.
   Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
 
   // As PoseNode::Evaluate, with the tangent spaces of both nodes.
@@ -73,13 +73,13 @@ struct IncrementEdge {
                            const double* first_state,
                            const double* second_state) const;
 
-  // W with W^T W the inverse covariance of the rows, robust weight included.
+  // The W for which W^T W is the inverse covariance of the rows, robust weight included.
   Eigen::Matrix3d SquareRootInformation() const;
   Eigen::Matrix3d Information() const;
 
  private:
   GyroModel ModelOf(const SharedLayout& layout, const double* shared) const;
-  // Specific forces by the accelerometer at `shared`; empty without g-sensitivity.
+  // Specific forces, m/s², by the parameters `shared`; empty without g-sensitivity.
   std::vector<Eigen::Vector3d> ForcesOf(const SharedLayout& layout, const double* shared) const;
 };
 

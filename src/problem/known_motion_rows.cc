@@ -18,12 +18,12 @@
 namespace truetriad {
 namespace {
 
-// If the gyroscope counts less than this share of a turn, the message suggests cut readings.
+// If less than this share of a stated turn is counted, the message suggests that readings were cut.
 constexpr double kMissingShare = 0.25;
 
-// σ of directions that are to have no weight: a radian is far beyond any error of a stated axis.
+// σ, rad, that leaves directions no weight: it is far beyond any error of a stated axis.
 constexpr double kNothingRad = 1.0;
-// The same for the size of a mean rate: 10 times the rate.
+// σ, as a share of a mean rate, that leaves the size of the rate no weight.
 constexpr double kNothingShare = 10.0;
 
 bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && !turn.move.fault; }
@@ -36,8 +36,8 @@ Eigen::Matrix3d AcrossAxis(const Eigen::Vector3d& axis) {
   return Eigen::Matrix3d::Identity() - axis * axis.transpose();
 }
 
-// Covariance of the unit's attitude at the end, in its body frame there. An axis error d tilts the
-// end by 2 sin(angle / 2) d: σ = 1 rad removes the weight across the axis for a partial turn.
+// Covariance of the attitude at the end of a turn, rad², in the body frame there. An axis error d
+// tilts it by 2 sin(angle / 2) d: d = 1 rad removes the weight across the axis of a partial turn.
 Eigen::Matrix3d EndCovariance(const StatedTurn& turn) {
   const double lever = 2.0 * std::sin(0.5 * turn.angle_rad) * kNothingRad;
   return turn.sigma_rad * turn.sigma_rad * Eigen::Matrix3d::Identity() +
@@ -52,7 +52,7 @@ Eigen::Matrix3d MeanRateCovariance(const KnownTurn& turn) {
   return across * across * AcrossAxis(axis) + along * along * axis * axis.transpose();
 }
 
-// The pose nearest in time, whose temperature a turn gets.
+// The rest or known rate nearest in time, whose temperature a turn is given; null if there is none.
 const StaticPose* NearestInTime(const PoseSet& poses, std::int64_t time_ns) {
   const StaticPose* nearest = nullptr;
   const auto distance = [&](const StaticPose& pose) {
@@ -210,7 +210,7 @@ void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* g
 }
 
 Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
-  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> rates;  // known, read
+  std::vector<std::pair<Eigen::Vector3d, Eigen::Vector3d>> rates;  // known rate, mean reading
   for (const StaticPose& pose : poses.poses) {
     if (const auto& seen = pose.triads[Triad::kGyroscope]) {
       rates.emplace_back(Eigen::Vector3d::Zero(), seen->mean_raw);
@@ -237,7 +237,8 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  // Rates with less than this share along some direction do not determine it: 1000 times its σ.
+  // Least singular value, as a share of the largest: below it, a direction has over 1000 times the
+  // σ of the best one, and counts as undetermined.
   constexpr double kThin = 1e-3;
   const LeastSquares fit(design, kThin);
   if (count < 4 || fit.rank() < 4) {

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-// Appends the stated motions:
+// Appends the nodes of the stated motions:
 //
 //   a rate    a node at the known rate w: S w + b + G f - y, y the mean reading; an unknown axis of
 //             w is the node's direction
@@ -19,17 +19,17 @@ namespace truetriad {
 //             the residual wraps at whole turns; and a node at the mean rate angle / T * axis,
 //             which determines the axis alone
 //
-// A whole turn ends where it began whatever its axis, so that only the mean rate shows the axis; of
-// a partial one the increment keeps the angle alone, so that the axis counts once. Turns that are
-// held out, or whose readings have a fault, get no node.
-// Error (bad input): no temperature where temperature terms are wanted.
+// A whole turn ends where it began whatever its axis, so that only the mean rate shows the axis;
+// the increment of a partial turn keeps the angle alone, so that the axis does not count twice.
+// Turns that are held out, or whose readings have a fault, get no node. Error (bad input): a motion
+// without temperature, if temperature terms are wanted.
 Status AddKnownMotions(const PoseSet& poses,
                        const CalibrateOptions& options,
                        const PerTriad<NoiseSource>& sources,
                        std::vector<PoseNode>* nodes);
 
-// Adds the increments of the known turns, and to their nodes and those of known rates what depends
-// on the start values: specific force and noise of a reading.
+// Adds the increments of the known turns, and sets what depends on the start values in the nodes of
+// known turns and rates: their specific force and, for turns, the noise of a reading.
 void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
 // A known turn as an increment of its own, integrated at `graph`'s parameters.

@@ -24,7 +24,7 @@ std::vector<Eigen::Matrix3d> FreeMatrices(const CalibrateOptions& options,
       model, is_triangular, is_triangular ? LeadingAxisMap(options) : NearestAxisMap(start));
 }
 
-// The same for its temperature terms.
+// Basis matrices of the temperature terms of a triad's sensitivity.
 std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options,
                                                  Triad triad,
                                                  const Eigen::Matrix3d& start) {
@@ -36,14 +36,14 @@ std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options
     case ThermalMatrix::kScale:
       break;
   }
-  // In the proportions of the start's gains, which keeps it linear: an error of these changes the
-  // term by the same share only.
+  // One term for all gains, in the proportions of the start's gains, so that the model stays
+  // linear: an error of a start gain changes the term of that axis by the same share only.
   const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * NearestAxisMap(start);
   return {gains / gains.norm()};
 }
 
-// Scales over the solved poses and the reference temperature, where bias and sensitivity are
-// stated: far outside of [-1, 1] rounding errors dominate a polynomial.
+// Scales to [-1, 1] over the poses and the reference temperature, at which bias and sensitivity are
+// stated: far outside of that range, rounding errors dominate a polynomial.
 ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
   ThermalScale scale;
   scale.reference_degc = reference_degc;
@@ -56,13 +56,13 @@ ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) 
     fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
   }
   scale.centre_degc = 0.5 * (low + high);
-  // One temperature, or a constant one, determines no term on any scale.
+  // A constant temperature determines no term, so that any scale will do.
   if (high > low) scale.half_range_degc = 0.5 * (high - low);
   if (fastest > 0.0) scale.rate_degcps = fastest;
   return scale;
 }
 
-// Transforms attitudes in the fixture into the frame that is level by the start values.
+// Transforms attitudes from the fixture's frame into the level frame that the start values define.
 void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<PoseNode>* nodes) {
   for (PoseNode& node : *nodes) {
     if (node.role != PoseRole::kRest || node.kind == PoseKind::kDirection) continue;
@@ -72,7 +72,7 @@ void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<Po
   }
 }
 
-// The blocks of a triad's session biases, from `at` on; none where its sessions share one bias.
+// The blocks of a triad's session biases, from `at` on; none if its sessions share one bias.
 SessionBlock SessionsOf(const CalibrateOptions& options,
                         const std::vector<PoseNode>& nodes,
                         Triad triad,
@@ -136,7 +136,7 @@ class FreeColumns {
   void Entries(int at, int count) {
     for (int i = 0; i < count; ++i) columns_.push_back(Eigen::VectorXd::Unit(size_, at + i));
   }
-  // Frees one direction for each of these of the matrix at `at`.
+  // Frees the matrix at `at` in each of the `directions`.
   void Matrices(int at, const std::vector<Eigen::Matrix3d>& directions) {
     for (const Eigen::Matrix3d& direction : directions) {
       Eigen::VectorXd& column = columns_.emplace_back(Eigen::VectorXd::Zero(size_));
@@ -165,8 +165,8 @@ Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::M
   return part;
 }
 
-// Also writes the start's sensitivity to `shared`, projected on the free matrices: any other part
-// would never change.
+// Frees the triad's wanted parameters. Also writes the start's sensitivity to `shared`, projected
+// on the free matrices, since a part outside of them would never change.
 void FreeTriad(const CalibrateOptions& options,
                const SharedLayout& layout,
                Triad triad,

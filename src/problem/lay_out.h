@@ -7,15 +7,15 @@
 
 namespace truetriad {
 
-// The triad that fixes the body frame: the accelerometer where it is calibrated, a gyroscope where
-// it is alone. docs/method.md, "Gauge".
+// The triad that fixes the body frame: the accelerometer if it is enabled, else the magnetometer,
+// or a gyroscope that is alone. docs/method.md, "Gauge".
 Triad LeadingTriad(const CalibrateOptions& options);
 
 // Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
 double LeadingAxisSign(const CalibrateOptions& options);
 
-// Where the leading triad's sensing axes lie in a body frame that it defines itself: as stated, or
-// along its axes. Identity where the frame is defined from outside.
+// Directions of the leading triad's sensing axes in a body frame that this triad defines: as its
+// stated mounting, or along the frame's axes. Identity if the frame is defined from outside.
 Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options);
 
 // GaugeRotation of the leading triad in terms of its sensing axes, wherever they lie in the body.
@@ -23,11 +23,11 @@ Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
                                      Gauge gauge,
                                      const Eigen::Matrix3d& sensitivity);
 
-// From the nodes and the start values: the place of each shared block, its free entries, their
-// start values, and the attitudes that are not given.
+// Sets, from the nodes and the start values, the place of each shared block, its free entries,
+// their start values, and the attitudes that are not given.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
-// Adds the priors of the free entries.
+// Sets the priors of the free entries, and removes all others.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 
 }  // namespace truetriad

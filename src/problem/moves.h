@@ -11,16 +11,16 @@
 
 namespace truetriad {
 
-// A recorded move as it is integrated; with a model of the accelerometer, its specific force.
+// A recorded move in the form for integration; with forces if `accelerometer` is not null.
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
 
-// What a vector sensor measured during a move, true unit; empty where it was not recorded.
+// What a magnetometer or accelerometer measured during a move, true unit; empty if not recorded.
 std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
                                           Triad triad,
                                           const TriadModel<double>& model);
 
-// σ of one reading of a gyroscope for its sum over a turn, raw unit: the noise inside the rests,
-// inflated by its correlation in time.
+// σ of one gyroscope reading as it counts in a sum over a turn, raw unit: the noise inside the
+// rests, inflated by its correlation in time.
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope);
 
 }  // namespace truetriad

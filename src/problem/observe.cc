@@ -9,10 +9,10 @@
 namespace truetriad {
 namespace {
 
-// Assumed noise of a gyroscope reading, rad/s, where the recording shows less: below any real one.
+// Least noise of a gyroscope reading, rad/s, even if a recording shows less: below any real noise.
 constexpr double kLeastRateSigma = 1e-9;
 
-// The averaging time of a mean: one sample spacing per sample; 0 where it is unknown.
+// The averaging time of a pose's mean, s: one sample spacing per sample; 0: unknown.
 double AveragedTime(const StaticPose& pose, Triad triad) {
   const auto samples = static_cast<double>(pose.triads[triad]->samples);
   return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;

@@ -8,8 +8,9 @@
 
 namespace truetriad {
 
-// The mean of a triad in `pose`, with its covariance where `source` says that it is known. Error
-// (bad input): the noise is that of an Allan deviation, but the averaging time is unknown.
+// The mean reading of a triad in `pose`, with its covariance: as stated, by an Allan deviation,
+// inside the rest, or for NoiseSource::kResidual of rounding alone. Error (bad input): the noise is
+// that of an Allan deviation, but the averaging time is unknown.
 Result<Observation> Observe(const PoseSet& poses,
                             const StaticPose& pose,
                             Triad triad,
@@ -19,8 +20,7 @@ Result<Observation> Observe(const PoseSet& poses,
 // The middle of a pose's readings, s; without times the pose's number.
 double TimeOf(const PoseSet& poses, const StaticPose& pose);
 
-// σ of one gyroscope reading, raw, from the rests; at least kLeastRateSigma, since zero has no
-// weight.
+// σ of one gyroscope reading, raw unit, from the rests; above zero, so that weights are finite.
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity);
 
 }  // namespace truetriad

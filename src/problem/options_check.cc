@@ -12,8 +12,8 @@
 namespace truetriad {
 namespace {
 
-// No sensor has less noise in any unit; its weight, 1e60, can be multiplied with others in a
-// double.
+// Least σ that is accepted, raw unit: no sensor has less noise, and products of its weight, 1e60,
+// with other weights stay within a double.
 constexpr double kLeastSigma = 1e-30;
 
 // Collects the invalid options, part by part.
@@ -259,7 +259,7 @@ void OptionsCheck::Motion() {
           "motion: only `initialise: { method: auto }` starts without rests");
 }
 
-// Why a calibration cannot have such a value, and the remedy; empty where it may have it.
+// Why a calibration lacks the quantity of this limit, and the remedy; empty if it may have it.
 std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   const std::string_view quantity = limit.quantity.name;
   const bool needs_field = quantity == "reference.field_ut" || limit.GoesWithField();

@@ -13,7 +13,7 @@
 namespace truetriad {
 namespace {
 
-// rad/s; about 60 degrees per second, as a unit turned by hand.
+// Typical rate of a unit that is turned by hand, rad/s; about 60 degrees per second.
 constexpr double kTypicalRateRadps = 1.0;
 
 }  // namespace
@@ -109,7 +109,7 @@ Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& 
     }
   }
   if (layout.g_sensitivity >= 0) {
-    // G that gives, under gravity, a rate of the typical size.
+    // The G by which gravity changes readings as much as the typical rate does.
     sizes.segment<9>(layout.g_sensitivity) =
         sizes.segment<3>(layout.bias[Triad::kGyroscope]).replicate<3, 1>() / reference[kGravity];
   }

@@ -43,16 +43,16 @@ using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
 //                            fixture about its two level axes (rad)
 //   face_tilt            2 a face of the six-face block, rad about its two tangent axes
 //
-// Blocks that are not wanted have offset -1. Every entry that is not estimated is held, by its
-// column missing from `basis`: free coordinates t move the vector by basis * t. A basis (rather
-// than a list of free entries) also carries the tied entries of a symmetric matrix.
+// Blocks that are not wanted have offset -1. An entry that is not estimated is held: its row of
+// `basis` is zero, and free coordinates t move the vector by basis * t. A basis (rather than a list
+// of free entries) also carries the tied entries of a symmetric matrix.
 struct SharedLayout {
   PerTriad<int> bias{{-1, -1, -1}};
   PerTriad<int> sensitivity{{-1, -1, -1}};
   PerTriad<ThermalBlock> thermal;
   ThermalScale thermal_scale;
   PerTriad<SessionBlock> sessions;
-  // The wanted ones, in the order of kAxisTerms.
+  // The axis terms that are wanted, and their offsets, in the order of kAxisTerms.
   struct AxisTermBlock {
     AxisTerm term = AxisTerm::kQuadratic;
     int at = -1;
@@ -73,12 +73,12 @@ struct SharedLayout {
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
-  // The factors of the terms of `triad`; those of temperature are zero where it has no such terms.
+  // The factors of the terms of `triad`; those of temperature are zero if it has no such terms.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,
                            double temperature_rate_degcps,
                            int session) const;
-  // The triad's model with these factors.
+  // The triad's model with these factors of its terms.
   TriadModel<double> ModelOf(Triad triad,
                              const double* shared,
                              const ThermalFactors& factors) const;
@@ -91,19 +91,19 @@ struct SharedLayout {
 
 // Basis matrices of the free entries of a triad's sensitivity.
 //
-//   `axis_map`  nearest signed permutation of the start value, for a leading triad that defines the
-//               body frame the stated one: models without rotation keep the axis order in which the
-//               sensor was mounted, and a triangular matrix is so in order of its sensing axes.
+//   `axis_map`  nearest signed permutation of the start value; for a leading triad that defines the
+//               body frame, the stated mounting. Models without rotation thus keep the axis order
+//               of the mounting, and a triangular matrix is triangular in that of sensing axes.
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
                                               bool leading_triangular,
                                               const Eigen::Matrix3d& axis_map);
 
-// Typical size of every entry of the shared vector, to which a direction's σ is compared: biases
-// and gains are in terms of the triad's own gain and the field that it measures.
+// Typical size of every entry of the shared vector, with which the σ of directions is compared;
+// sizes of biases and gains follow from the triad's own gain and the field that it measures.
 //
 //   bias         gain_i * reference     raw unit       (a bias as large as the signal)
 //   sensitivity  gain_i                 raw/true unit  (a gain error of 100 %)
-//   thermal      the same               as much over the range of temperatures
+//   thermal      as of both above       (as large a change over half the temperature range)
 //   axis terms   (gain_i * reference)^-power   raw^-power (a term as large as the signal)
 //   gravity, B   their value            true unit
 //   dip, heading, tilts  1              rad

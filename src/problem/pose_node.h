@@ -48,18 +48,19 @@ struct Observation {
   Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
-  // For readings about a moment: the mean of R_reading^T R_node over them, which rotates a vector
-  // from the body at the node to the readings, and how it was computed; null if it stays.
+  // For readings around a moment of motion: the mean over them of R_reading^T R_node, which rotates
+  // a vector from the body at the node to the body at the readings; and what that mean was computed
+  // from, null if it does not follow the gyroscope's parameters.
   Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
   std::shared_ptr<const Turning> turning;
-  // Covariance that it is weighted with: rest noise and excess noise.
+  // Covariance with which the mean is weighted: rest noise and excess noise.
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   // Robust weight: divides the variance.
   double weight = 1.0;
   bool rejected = false;
 };
 
-// One pose of the graph: its readings, what is known of its attitude, its attitude. Its rows
+// One pose of the graph: its readings, and what is known and estimated of its attitude. Its rows
 // (graph_rows.h) are in this order: those of its observations, three each; of the given attitude,
 // three; of the held heading, one; of the face, two.
 struct PoseNode {
@@ -68,12 +69,12 @@ struct PoseNode {
   PoseKind kind = PoseKind::kRotation;
   double time_s = 0.0;  // the middle of its readings; without times its place among the poses
   PoseValues state{0.0, 0.0, 0.0, 1.0};
-  double temperature_degc = 25.0;  // used only where there are temperature terms
+  double temperature_degc = 25.0;  // used only by temperature terms
   double temperature_rate_degcps = 0.0;
   int session = 0;
   std::vector<Observation> observations;
 
-  // For a rate about an unknown axis only its size is known: the axis is the pose's direction.
+  // The known rate; if its axis is unknown, only its size counts: the node's direction is the axis.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
   // Mean specific force while the rate was held, by the accelerometer.
@@ -102,13 +103,13 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
-  // Whether a reading or a given attitude determines its heading about the vertical.
+  // Whether a reading or a given attitude determines the node's heading about the vertical.
   bool TellsHeading() const;
-  // The field has a horizontal part; else it is the vertical (CalibrateOptions::TurnsAgainstField).
+  // Whether the field is inclined; else it is the vertical (CalibrateOptions::TurnsAgainstField).
   bool is_field_inclined = true;
 
-  // At rest, where the layout has the earth's rate: a known rate is stated relative to the table,
-  // so that the earth's is not added.
+  // Whether the gyroscope's row includes the earth's rate: only at rest, since a known rate is
+  // stated relative to the table.
   bool SeesEarthRate(const SharedLayout& layout) const {
     return role == PoseRole::kRest && layout.CountsEarthRate();
   }
@@ -120,9 +121,9 @@ struct PoseNode {
                               const Eigen::Ref<const ReferenceVector>& reference,
                               const double* state_values) const;
 
-  // Rows and, where wanted, their Jacobians with respect to the shared vector (every entry, free
-  // or not) and to the pose's tangent space: for a rotation R <- R Exp(d), for a direction
-  // u <- u + T(u) d with T from TangentBasis. Pointers may be null.
+  // Residuals of the rows and, if wanted, their Jacobians with respect to the shared vector (every
+  // entry, free or not) and to the pose's tangent space: for a rotation R <- R Exp(d), for a
+  // direction u <- u + T(u) d with T from TangentBasis. Pointers may be null.
   void Evaluate(const SharedLayout& layout,
                 const double* shared,
                 const double* state_values,
@@ -130,8 +131,8 @@ struct PoseNode {
                 PoseSharedJacobian* shared_jacobian,
                 PoseStateJacobian* tangent_jacobian) const;
 
-  // W with W^T W the inverse covariance of all rows, robust weights included: block lower
-  // triangular.
+  // The block lower triangular W for which W^T W is the inverse covariance of all rows, robust
+  // weights included.
   PoseRowMatrix SquareRootInformation() const;
   // W^T W, with one block for every three rows on its diagonal.
   PoseRowMatrix Information() const;

@@ -11,15 +11,15 @@ namespace truetriad {
 // What is unknown about the attitude of one pose.
 enum class PoseKind {
   kHeld,       // known exactly, no unknown
-  kDirection,  // by one vector sensor: the direction of its field in the body, 2 dof
+  kDirection,  // seen by one vector sensor: direction of its field in the body, 2 dof
   kRotation,   // world <- body, 3 dof
 };
 
 // What the mean rotation of readings about one moment was computed from (rows/field_row.h).
 struct Turning {
-  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the readings' times relative to it
-  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // constant rate with the nearest rotations
-  Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // the gyroscope's reading at it
+  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the readings' times about the moment
+  Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // constant rate that fits the turns best
+  Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // the gyroscope's reading at that rate
 };
 
 // A quaternion x, y, z, w (Eigen's order), or a direction x, y, z, 0.

@@ -54,7 +54,7 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 namespace {
 
 // Refuses a label that differs from that of most rests with the same axis up. Labels that are
-// exchanged in all of these rests are a mounting.
+// exchanged in all rests of a face are due to the mounting.
 Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   std::vector<Eigen::Vector3d> readings;
   std::vector<std::size_t> labelled;

@@ -16,10 +16,11 @@
 
 namespace truetriad {
 
-// Below this |sin(dip)|, at 1.15 degrees, the handedness decides, not the sign of the dip.
+// Least |sin(dip)| (1.15 degrees) at which the dip's sign tells the hemisphere; below it,
+// handedness does.
 inline constexpr double kEquatorSine = 0.02;
 
-// Dip of a field that is the vertical itself (CalibrateOptions::TurnsAgainstField).
+// Dip of a field that itself defines the vertical (CalibrateOptions::TurnsAgainstField).
 inline constexpr double kVerticalFieldRad = 0.5 * std::numbers::pi;
 
 // Start of the optimiser: closed-form models of the triads, without a guess by the user.
@@ -28,7 +29,7 @@ struct StartValues {
   PerTriad<std::optional<TriadModel<double>>> models;
   ReferenceVector reference = ReferenceVector::Zero();
   bool field_nominal = false;  // B is unknown and fixed by convention
-  // For given attitudes: level <- their frame; identity where their frame is level.
+  // Rotation from the frame of given attitudes to the level frame; identity if that frame is level.
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 };
 
@@ -45,7 +46,7 @@ double WildFrom(std::vector<double> errors);
 // Median over the poses, axis by axis, which one disturbed pose hardly changes. Zero without poses.
 Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad);
 
-// Attitude of every pose by TRIAD (two triads) or as a direction (one), at the start values.
+// Sets the attitudes that are not given, by TRIAD (two sensors) or as a direction (one sensor).
 void SetStartAttitudes(const StartValues& start, PoseGraph* graph);
 
 // Propagates headings along the chains of turns, from the first pose of each; tilts do not change.

@@ -15,14 +15,14 @@ namespace truetriad {
 // Largest number of bias terms of a triad: powers of tau and three rates.
 inline constexpr int kMaxThermalVectors =
     ThermalOptions::kMaxBiasOrder + static_cast<int>(kRateTermCount);
-// Unknowns of these: 3 for each vector, 9 for each power in the sensitivity.
+// Largest number of unknowns of these terms: 3 per bias term, 9 per power in the sensitivity.
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
 // No session: the bias is then the mean of the sessions.
 inline constexpr int kNoSession = -1;
 
-// Factors of the terms of a triad at one pose: those of temperature, and via the pose's session
-// (session_block.h) those of the bias.
+// Factors that multiply the terms of a triad at one pose: those of temperature terms, and the
+// pose's session, from which those of session biases follow (session_block.h).
 struct ThermalFactors {
   std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // factor of the term for tau^i
   PerRateTerm<double> rate;
@@ -74,8 +74,8 @@ struct ThermalBlock {
                 const double* shared,
                 TriadModel<double>* model) const;
 
-  // Row i: coefficients of listed term i (bias tau^1, tau^2, …, rates) in the vectors; the same for
-  // the matrices. Listed terms are those of ThermalTerms.
+  // Row i: coefficients of listed term i (bias tau^1, tau^2, …, rates) in the vectors, or for
+  // sensitivities in the matrices. Listed terms are those of ThermalTerms.
   Eigen::MatrixXd ListedFromVectors(const ThermalScale& scale) const;
   Eigen::MatrixXd ListedFromMatrices(const ThermalScale& scale) const;
 

@@ -86,7 +86,7 @@ class ArraySource : public SampleSource {
 
   Result<bool> Next(std::vector<SampleBlock>* blocks) override {
     blocks->clear();
-    // The time up to which all streams have samples when the slowest has filled a block.
+    // The earliest time at which some stream has filled a block: up to it all streams are read.
     std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ArrayStream& stream = recording_->streams[k];

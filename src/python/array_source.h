@@ -18,7 +18,7 @@ namespace truetriad::python {
 struct ArrayStream {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
-  std::vector<std::int64_t> time_ns;     ///< Empty: rows only.
+  std::vector<std::int64_t> time_ns;     ///< Empty: rows without times.
   std::vector<double> x, y, z;           ///< Raw.
   std::vector<double> temperature_degc;  ///< Empty, or as long as x; NaN where not known.
   std::vector<std::int32_t> pose;        ///< Empty, or as long as x.

@@ -45,14 +45,14 @@ struct HeldSensor {
   Raise(Error(ErrorCode::kInvalidArgument, text));
 }
 
-/// A number, or one value for each reading; null if there is none.
+/// An argument of correct(): a number, or one value for each reading; null if it is not given.
 struct Column {
   const double* values = nullptr;
   std::size_t stride = 0;
   double operator[](std::size_t i) const { return values[stride * i]; }
 };
 
-/// None gives no array.
+/// An argument as an array; unset if it is None.
 std::optional<Doubles> OptionalNumbers(const py::object& values, const std::string& what) {
   return values.is_none() ? std::nullopt : std::optional(NumbersOf(values, what));
 }
@@ -203,7 +203,7 @@ py::object SensorOf(const HeldCalibration& held, Triad triad) {
   return py::cast(HeldSensor{held.value, triad});
 }
 
-/// The first paragraphs of the text: the verdict and what was calibrated.
+/// The first two paragraphs of the report: the verdict and what was calibrated.
 std::string HeadOf(const Calibration& calibration) {
   const std::string text = CalibrationText(calibration);
   const std::size_t first = text.find("\n\n");
@@ -233,7 +233,7 @@ py::object OptionalText(const std::optional<std::string>& text) {
   return text ? py::object(Printable(*text)) : py::none();
 }
 
-/// Copies of an immutable object are the object itself.
+/// Lets Python's copy functions return the object itself, since objects of `of` are immutable.
 template <typename Class>
 void BindCopies(Class& of) {
   of.def("__copy__", [](const py::object& self) { return self; });

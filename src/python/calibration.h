@@ -18,7 +18,7 @@ struct HeldCalibration {
         poses(std::move(from)) {}
 
   std::shared_ptr<const Calibration> value;
-  std::shared_ptr<const PoseSet> poses;  ///< Its input; null if it was loaded.
+  std::shared_ptr<const PoseSet> poses;  ///< What it was made from; null if it was loaded.
 };
 
 void BindCalibration(pybind11::module_& module);

@@ -21,7 +21,7 @@ inline pybind11::str Printable(const std::string& text) {
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
 }
 
-/// The same in Python's representation of file names, from which os.fsencode() restores the bytes.
+/// As Printable, but in Python's representation of file names: os.fsencode() restores the bytes.
 inline pybind11::str NameOrText(const std::string& text) {
   return pybind11::reinterpret_steal<pybind11::str>(
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
@@ -45,7 +45,8 @@ auto WithoutGil(const Work& work) {
 }
 
 /// Calls `progress`, None or a callable, with the share done, and checks for Ctrl-C. The lock is
-/// taken at most 20 times a second, since that is slow. An exception of either ends the work.
+/// taken at most 20 times a second, since taking it is slow. An exception of the callable or from
+/// Ctrl-C ends the work.
 ProgressCallback ProgressOf(const pybind11::object& progress);
 
 }  // namespace truetriad::python

@@ -51,7 +51,7 @@ Answer AnswerOf(const VerbReport& report, const Json& json) {
   return {report.text, TextOf(json), report.html};
 }
 
-/// An experiment or a scenario as a file or as a text; neither: defaults.
+/// An experiment or a scenario, as a file or as a text. With neither only calibrate has defaults.
 struct Document {
   std::optional<fs::path> path;
   std::optional<std::string> text;
@@ -134,7 +134,7 @@ Result<Experiment> ReadStated(const Document& config) {
   return ReadExperimentText(*config.text, kDictName, config.overrides);
 }
 
-/// As `truetriad calibrate` does.
+/// Calibrates as `truetriad calibrate` does.
 Result<HeldCalibration> RunCalibrate(Texts inputs,
                                      const Document& config,
                                      const std::optional<fs::path>& folder,
@@ -312,7 +312,7 @@ Result<Scenario> ReadStatedScenario(const Document& scenario) {
   return ReadScenarioText(*scenario.text, "<scenario>", scenario.overrides);
 }
 
-/// Returns serial, arrays of each sensor, and the truth.
+/// Returns the serial, the arrays of each sensor (ArraysOf), and the truth.
 py::tuple SimulateVerb(const Document& document, int unit, const py::object& progress) {
   std::optional<Calibration> truth;
   const auto simulate = [&](const ProgressCallback& callback) -> Result<ArrayRecording> {

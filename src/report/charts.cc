@@ -99,7 +99,7 @@ class LimitBar {
     }
     const double worst = check_.worst, x = X(worst);
     svg_.Rectangle(x - 2.0, top_, 4.0, kBars.bar, check_.pass ? "pass" : "fail");
-    // The value lies beyond the drawn range.
+    // A value beyond the drawn range is marked by an arrow.
     if (Share(worst) > 1.0 + kBars.beyond) {
       svg_.Text(kBars.end + 4.0, centre_ + 4.0, "»", "start");
     }
@@ -185,7 +185,7 @@ Drawing CorrelationDrawing(const NamedCovariance& covariance) {
   const auto count = static_cast<Eigen::Index>(free.size());
   if (count < 2 || count > static_cast<Eigen::Index>(kMostListed)) return {};
 
-  constexpr double kWhite = 0.02;  // Paler shades are invisible.
+  constexpr double kWhite = 0.02;  // Smaller correlations are too pale to see.
   const double side = kLayout.cell * static_cast<double>(count);
   const auto name = [&](Eigen::Index i) -> const std::string& {
     return covariance.parameters[static_cast<std::size_t>(free[static_cast<std::size_t>(i)])];
@@ -277,7 +277,7 @@ class Residuals {
     return range;
   }
 
-  /// The scale is that of the poses used; a rejected one would flatten them.
+  /// The scale is that of the poses used; a rejected pose would flatten their residuals.
   Range ValueRange(int axis) const {
     double largest = 3.3 * sigma_[axis];
     for (const PoseResidual* pose : poses_) {
@@ -346,7 +346,7 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Range both;
   const auto count = static_cast<double>(values.size());
   // Residuals further out are drawn at the edge with their value, and do not flatten the others.
-  constexpr double kFar = 3.0;  // A multiple of the expected largest of so many values.
+  constexpr double kFar = 3.0;  // Times the expected largest of `count` values.
   const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
     points.emplace_back(NormalQuantile((static_cast<double>(i) + 0.5) / count), values[i]);

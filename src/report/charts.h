@@ -31,22 +31,22 @@ std::vector<Drawing> OfEachSensor(const Draw& draw) {
 /// Each limit is a bar: the worst value with ±2σ, compared with what is allowed.
 Drawing LimitDrawing(const std::vector<LimitCheck>& limits);
 
-/// Differences of two calibrations in σ, each with ±1, and the lines ±2. Entries without a σ are
-/// left out.
+/// Differences of two calibrations in units of their σ, each with ±1 σ, above a band of ±2 σ.
+/// Entries without a σ are left out.
 Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries);
 
 /// The correlations of the free parameters as a lower triangle of cells.
 Drawing CorrelationDrawing(const NamedCovariance& covariance);
 
-/// The heading error is computed each 360°/72 = 5°.
+/// Number of headings at which the heading error is computed, 360°/72 = 5° apart.
 inline constexpr int kHeadings = 72;
 /// The heading error of a compass round the horizon, before and after the calibration. It is empty
 /// without an accelerometer or a magnetometer.
 Drawing HeadingDrawing(const Calibration& calibration);
 
 /// One sensor: the residual of each axis at each pose with ±3σ of the noise that weighted it, and
-/// all residuals against the quantiles of the normal distribution (of a vector sensor the errors of
-/// length, of a gyroscope at rest the axes).
+/// all residuals against the quantiles of the normal distribution (for a vector sensor the errors
+/// of length, for a gyroscope at rest those of each axis).
 Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
                         const std::optional<TriadCalibration>& sensor,
                         Triad triad);
@@ -69,7 +69,7 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis);
 /// the temperatures before.
 bool FollowsThePast(const Calibration& calibration, Triad triad, int axis);
 
-/// One axis: the bias over temperature and its rate, as coloured cells. It is empty where
+/// One axis: the bias over temperature and its rate, as coloured cells. It is empty if
 /// FollowsThePast.
 Drawing SweepSurfaceDrawing(const Calibration& calibration, Triad triad, int axis);
 
@@ -99,7 +99,7 @@ struct SpherePoint {
 std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad);
 
 /// The factor 1, 2, 5, 10, 20 ... by which errors are enlarged: the largest that keeps the greatest
-/// raw error within 0.4 radii; 1 where errors are greater than that.
+/// raw error within 0.4 radii; 1 if an error is greater than that.
 double SphereMagnification(const std::vector<SpherePoint>& points);
 
 /// How far from the centre the furthest raw reading is drawn, in radii; at least 1.
@@ -109,7 +109,7 @@ double SphereReach(const std::vector<SpherePoint>& points, double factor);
 /// greatest error after the calibration.
 std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most);
 
-/// The body axis with the largest σ of a sensor's bias, where one axis is clearly worst. True unit.
+/// The body axis with the largest σ of a sensor's bias, if one axis is clearly worst. True unit.
 struct WeakAxis {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double sigma = 0.0;   ///< The σ along the axis.
@@ -125,15 +125,15 @@ inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,
 }
 
 /// Raw and corrected readings on the unit sphere, errors enlarged, from above and from the side.
-/// `turns`: the drawing holds data from which sphere.js, where Plotly is in the page and the
-/// browser has WebGL, draws a sphere that can be turned in its place.
+/// `turns`: the drawing holds data from which sphere.js, if Plotly is in the page and the browser
+/// has WebGL, draws a sphere that can be turned in its place.
 Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns);
 
 /// Directions of the poses on two Lambert equal-area discs, z up and z down. Directions further
 /// from every pose than kHoleDeg, half the 90° between two faces of a cube, are shaded.
 inline constexpr double kHoleDeg = 45.0;
 Drawing CoverageDrawing(const Quality& quality, Triad triad);
-/// The same for readings before any calibration; `unit` holds their directions, pose by pose.
+/// As above, for readings before any calibration; `unit` holds their directions, pose by pose.
 Drawing CoverageDrawing(const std::vector<Eigen::Vector3d>& unit, Triad triad);
 
 /// The pose that closes the largest gap of any vector sensor, if a gap is larger than kHoleDeg.

@@ -38,8 +38,8 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     if (std::isinf(noise.excess_dof)) {
       text += " (excess σ, as stated)";
     } else if (noise.excess_dof > 0.0) {
-      // These are the degrees of freedom of the sum, which weights the readings. Where the rest
-      // noise dominates, those of the excess alone are few and have little effect.
+      // These are the degrees of freedom of the summed noise, which weights the readings. If the
+      // rest noise dominates, those of the excess noise alone are few and have little effect.
       text += " (excess σ; their sum has " +
               (noise.excess_dof < kManyDof ? Significant(noise.excess_dof, 3) : "very many") +
               " degrees of freedom)";
@@ -62,7 +62,7 @@ std::string IntervalSentence(double dof) {
 
 /// The most correlated pairs in words; empty without any.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
-  std::vector<std::pair<double, std::string>> strong;  // How strong, and which.
+  std::vector<std::pair<double, std::string>> strong;  // |ρ| and the pair in words.
   Eigen::MatrixXd matrix = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (matrix.rows() != size || matrix.cols() != size) return "";
@@ -156,7 +156,7 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
   section.Add(
       "In true units, so a bias is divided by its gain. P outside: the probability that a "
       "true value is beyond its limit, of any axis and at its worst temperature.");
-  // Files of earlier versions do not hold it.
+  // Files of earlier versions state no guard band.
   if (const double k = limits.front().guard_band_k; k > 0.0) {
     section.Add("A guard band is set: a value passes only if it is inside its limit by " +
                 Significant(k, 3) + " σ, so within what stands in brackets.");
@@ -317,7 +317,7 @@ std::string ReasonOf(const Calibration& calibration) {
   return meaning;
 }
 
-/// What is missing where there is no result.
+/// What is missing if there is no result.
 std::string_view ScopeOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::kNotObservable:

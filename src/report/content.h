@@ -96,7 +96,7 @@ Section SoakSection(const Calibration& calibration);
 /// terms were chosen, the fit beside the data, and the bias over temperature and rate.
 Section SweepSection(const Calibration& calibration);
 
-/// Sections of a calibration from poses besides those of its parameters.
+/// Further sections of a calibration from poses, beside that of its parameters.
 Section LeftOutSection(const Quality& quality);
 Section ModelChoiceSection(const Quality& quality);
 Section HeldOutSection(const Calibration& calibration);
@@ -114,8 +114,8 @@ void AddSessions(const RestQuality& quality,
 using Derivatives = std::vector<std::pair<std::string, double>>;
 std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives);
 
-/// Bias, scale and scale error (the whole matrix where the axes are permuted), temperature terms
-/// and noise of one triad, with σ; one column for each axis.
+/// Bias, scale and scale error (the whole matrix if the axes are permuted), temperature terms and
+/// noise of one triad, with σ; one column for each axis.
 Table ParameterTable(const TriadCalibration& sensor,
                      Triad triad,
                      const NamedCovariance& covariance);
@@ -127,7 +127,7 @@ Table ResultTable(const TriadCalibration& sensor,
                   double coverage_factor);
 
 /// The share of each body axis (columns) that a chip's axis (rows) senses, with σ, in mrad and
-/// degrees. Empty where the axes are permuted.
+/// degrees. Empty if the axes are permuted.
 Table MisalignmentTable(const TriadCalibration& sensor,
                         Triad triad,
                         const NamedCovariance& covariance);

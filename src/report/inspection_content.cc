@@ -177,7 +177,7 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
       }};
 }
 
-/// σ of the worst axis in words; "not estimated" where it is zero.
+/// σ of the worst axis in words; "not estimated" if it is zero.
 std::string WorstSigma(double sigma, double factor, const std::string& unit) {
   return sigma > 0.0 ? "± " + Significant(factor * sigma, 2) + " " + unit : "not estimated";
 }

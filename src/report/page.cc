@@ -173,7 +173,7 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
   *html += "</tr>\n";
 }
 
-/// Empty without a drawing. On a narrow screen the drawing scrolls.
+/// The figure of a drawing, which scrolls on a narrow screen; empty without a drawing.
 std::string HtmlOf(const Drawing& drawing) {
   if (drawing.svg.empty()) return "";
   std::string html = "<figure>\n" + Scrolling(drawing.caption) + '\n' + drawing.svg + "</div>\n" +
@@ -296,7 +296,7 @@ std::string HtmlPage(std::string_view title,
 
 namespace {
 
-/// A table of more poses is too long to read and makes the page slow.
+/// The most rows of the table of poses: more are too long to read and make the page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
 /// Whether the page lists every pose.

@@ -96,8 +96,8 @@ class ParameterRows {
                        : Significant(value, 6) + " fixed";
   }
 
-  /// σ of a value over the gain of sensing axis i, from the covariance or, where that lacks the
-  /// names, from the σ alone.
+  /// σ of a value over the gain of sensing axis i, from the covariance or, if that lacks the names,
+  /// from the σ alone.
   double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
     // The covariance is of the signed matrix entries.
     const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
@@ -178,8 +178,8 @@ class ParameterRows {
     }
   }
 
-  /// Adds a vector with σ where the covariance lists it. `name` is that of its entries without the
-  /// sensor and the last axis.
+  /// Adds a vector, with σ if the covariance lists it. `name` is the name of its entries there,
+  /// without the sensor and the last axis.
   void AddTerm(const std::string& label,
                const Eigen::Vector3d& values,
                const std::string& name,

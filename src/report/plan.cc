@@ -26,10 +26,10 @@ namespace {
 struct PictureLayout {
   double width = 200.0;
   double height = 214.0;               ///< The cube and its arrows, and below them the compass.
-  double half_edge = 44.0;             ///< Of the cube: it leaves room for its arrows.
+  double half_edge = 44.0;             ///< Half an edge of the cube: it leaves room for its arrows.
   double arrow = 1.85;                 ///< Length of an axis from the centre, in half edges.
   double flat = 0.25;                  ///< Faces with a smaller cosine to the viewer have no name.
-  double azimuth = 28.0 * kRadPerDeg;  ///< From north to the west: three faces are seen.
+  double azimuth = 28.0 * kRadPerDeg;  ///< Of the view, from north to west: three faces are seen.
   double elevation = 24.0 * kRadPerDeg;  ///< The viewer looks down by this angle.
 };
 constexpr PictureLayout kPicture;
@@ -266,7 +266,7 @@ Headline HeadlineOf(const Plan& plan) {
   return headline;
 }
 
-/// The label of a pose, or its attitude in words where the program gives no label.
+/// The label of a pose, or its attitude in words if the program gives no label.
 std::string LabelOf(const ProgramPose& pose) {
   return pose.label.empty() ? AttitudeInWords(pose.world_from_body) : pose.label;
 }

@@ -94,7 +94,7 @@ void AddHeading(const Calibration& calibration, Table* table) {
                << "";
 }
 
-// Fewer entries of the matrix were estimated than the 6 of three gains and three angles.
+// Whether fewer entries of the matrix were estimated than the 6 for three gains and three angles.
 bool HoldsMisalignment(const TriadCalibration& sensor) {
   return (sensor.sensitivity_sigma.array() > 0.0).count() < 6;
 }
@@ -139,7 +139,7 @@ std::string TurnedVector(const Calibration& calibration) {
   return calibration.sensors[Triad::kAccelerometer] ? "gravity" : "the field";
 }
 
-/// The name of the error: for a gyroscope that of turns.
+/// The name of a sensor's error; for a gyroscope that of turns.
 std::string NameOfError(const Calibration& calibration, Triad triad) {
   if (triad != Triad::kGyroscope) return TriadTitle(triad);
   return "Gyroscope: direction of " + TurnedVector(calibration) + " after a turn";

@@ -22,7 +22,7 @@
 namespace truetriad {
 namespace {
 
-/// The magnitude of the field that a sensor reads, true unit; 0 where it has no sphere.
+/// The magnitude of the field that a sensor reads, true unit; 0 if its readings form no sphere.
 double StrengthOf(const ReferenceValues& reference, Triad triad) {
   if (triad == Triad::kAccelerometer) return reference.gravity_mps2;
   return triad == Triad::kMagnetometer ? reference.field_ut.value_or(0.0) : 0.0;
@@ -128,7 +128,7 @@ struct DiscLayout {
   double centre_y = 150.0;
   std::array<double, 2> centres = {150.0, 450.0};
   double cell = 6.0;     ///< A cell of a shaded area: radius / 20.
-  double patch = 0.05;   ///< The same for a unit sphere: one pose in each.
+  double patch = 0.05;   ///< Width of a patch of the unit sphere: one pose is drawn in each.
   double sphere = 85.0;  ///< The largest radius of a sphere.
   double reach = 118.0;  ///< Readings further from the centre are drawn at this distance.
 };
@@ -151,7 +151,7 @@ std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
   return directions;
 }
 
-/// Of more than kMostPoints directions, one in each patch of the sphere, about 3° wide (0.05 rad).
+/// All directions; of more than kMostPoints one per patch of the sphere, about 3° wide (0.05 rad).
 std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
   if (directions.size() <= kMostPoints) return directions;
   std::set<std::array<int, 3>> seen;

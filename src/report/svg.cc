@@ -220,7 +220,7 @@ std::string TickText(double value, double step) {
   return Significant(value, std::clamp(static_cast<int>(digits) + 1, 1, 9));
 }
 
-/// Multiples of the step within the range, five to twelve; fewer where neighbours round alike.
+/// Multiples of the step within the range, five to twelve; fewer if neighbours round alike.
 std::vector<double> Ticks(const Range& range) {
   std::vector<double> ticks;
   const double step = StepOf(range.span());

@@ -39,12 +39,12 @@ class Svg {
                  std::string_view style,
                  const Note& note = {});
   void Circle(double x, double y, double radius, std::string_view style, const Note& note = {});
-  /// Points without tooltips, about ten bytes each; the line of `style` is as wide as a dot.
+  /// Points without tooltips, in about ten bytes each; the line width of `style` is that of a dot.
   void Dots(const Points& points, std::string_view style);
   /// Straight lines from point to point; filled when the style says so.
   void Polyline(const Points& points, std::string_view style);
-  /// The range from low to high at ascending x, as one zigzag line in half units, about seven bytes
-  /// a span.
+  /// The ranges from low to high at ascending x, as one zigzag line to half a unit, in about seven
+  /// bytes a range.
   struct Span {
     double x, low, high;
   };
@@ -101,7 +101,7 @@ struct ChartLayout {
 };
 inline constexpr ChartLayout kLayout;
 
-/// More points of one kind are thinned: two for each unit of a panel (2 · 290 = 580), rounded.
+/// The most points of one kind; more are thinned. Two per unit of a panel (2 · 290 = 580), rounded.
 inline constexpr std::size_t kMostPoints = 600;
 /// More poses than this have no marks with tooltips: marks would be too narrow to point at.
 inline constexpr std::size_t kMostMarks = 150;

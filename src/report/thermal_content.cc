@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// A table of data over temperature has a row for each eighth of the range. One of the smooth model
-/// has a row for each quarter with both ends (4 + 1).
+/// A table of data over temperature has a row for each eighth of the range; a table of the smooth
+/// model has a row for each quarter with both ends (4 + 1).
 constexpr int kTemperatureRows = 8, kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
@@ -185,7 +185,7 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-// Axes whose bias follows the past are left out: no table over temperature and rate holds it.
+// Bias by temperature and rate, without axes whose bias also depends on past temperatures.
 Table SurfaceTable(const Calibration& calibration, Triad triad) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   const ThermalTerms& thermal = *sensor.thermal;

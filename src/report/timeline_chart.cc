@@ -19,7 +19,7 @@ constexpr double kNarrowest = 0.5;
 
 bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostMarks; }
 
-/// By pose, the rejected sensors and why.
+/// The rejected sensors and the reasons, by pose number.
 using Reasons = std::map<int, std::string>;
 
 Reasons ReasonsOf(const std::vector<RejectedPose>& rejected) {
@@ -125,8 +125,8 @@ class Timeline {
   /// The range of all readings, unless a few slices lie far beyond all others: those are drawn at
   /// the edge with their values.
   Range RangeOf(const StreamSummary& stream) const {
-    // Extremes 30 times the range of the others away would leave those 62/30 = 2 units of a panel.
-    // At each end three slices, as of three disturbances, may lie so far out.
+    // Extremes beyond 30 times the range of the other slices would leave these 62/30 = 2 units of a
+    // panel. At each end up to three slices, as of three disturbances, may lie so far out.
     constexpr double kFar = 30.0;
     const std::size_t few = 3;
     std::vector<double> extremes;
@@ -210,7 +210,7 @@ class Timeline {
     return found == reasons_.end() ? words : words + found->second;
   }
 
-  /// Rests without tooltips are merged where the gap between them is narrower than a line.
+  /// Rests without tooltips are merged if the gap between them is narrower than a line.
   void DrawRests(const Frame& frame, double top, Svg* svg) const {
     const bool says_each = leads_to_rows_ && HasNumbers(poses_);
     double begin = 0.0, end = -1.0;

@@ -23,7 +23,7 @@
 namespace truetriad {
 namespace {
 
-// The first round subtracts a lag, known to 0.05 s; two more subtract what the moves then show.
+// The first round subtracts a lag, known to 0.05 s; two more subtract what moves then show.
 constexpr int kMostClockRounds = 3;
 
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
@@ -66,7 +66,7 @@ Result<Attempt> CalibrateAsStated(Experiment experiment,
   return attempt;
 }
 
-// By how much a sensor's times are later than those of the reference (ClockReference), after the
+// By how much a sensor's times are later than those of the reference (ClockReference), beyond the
 // offset that was subtracted.
 struct ClockLeft {
   double later_s = 0.0;
@@ -74,7 +74,7 @@ struct ClockLeft {
 };
 using Clocks = PerTriad<std::optional<ClockLeft>>;
 
-// The clock offsets that a recording of rests and its solution show. Where a lag was `taken_off`,
+// The clock offsets that a recording of rests and its solution show. If a lag was `taken_off`,
 // which is known to 0.05 s only, any remainder counts; else only a notable one.
 Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
   Clocks left;
@@ -91,7 +91,7 @@ Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Cl
 }
 
 // Adds findings for the offsets relative to the clock of `reference` that were subtracted, with the
-// effects that an `earlier` solution without the correction had found.
+// effects that `earlier` findings, without the correction, had stated.
 void SayClocksCorrected(const Clocks& taken_off,
                         const Findings& earlier,
                         Triad reference,
@@ -113,7 +113,7 @@ void SayClocksCorrected(const Clocks& taken_off,
   }
 }
 
-// Whether each remaining offset is at most half of that before and the result is still usable.
+// Whether each remaining offset is at most half of the former one and the result still usable.
 bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
   const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
@@ -204,9 +204,9 @@ bool LooksTumbled(const PoseSet& poses) {
   return poses.poses.size() < kFaces && poses.static_share <= 0.5;
 }
 
-// Rests first; where these do not determine what is asked for: rests without a gyroscope that is
-// recorded but not asked for, then motion or, for a magnetometer alone, each row (rows of an
-// accelerometer contain the forces of the hand). The likeliest comes first.
+// The ways to try, in this order: rests; rests without a gyroscope that is recorded but not asked
+// for; motion or, for a magnetometer alone, each row (rows of an accelerometer contain the forces
+// of the hand). For a unit that looks tumbled the last way comes first.
 std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded) {
   std::vector<Way> ways = {{}};
   if (!loaded.are_detected || !loaded.poses.has_time) return ways;
@@ -246,8 +246,8 @@ bool LacksRests(const Findings& findings) {
   return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
 }
 
-// Without a stated kind of poses: the likeliest way, or, where that does not determine what is
-// asked for, the first other one that does.
+// Without a stated kind of poses: the likeliest way, or, if that does not determine what is asked
+// for, the first other way that does.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,

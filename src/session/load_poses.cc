@@ -68,7 +68,7 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
 }
 
 /// The poses of a recording without a stated kind: as its manifest or pose column states, else by
-/// detection. `input` is empty where it is not a file.
+/// detection. `input` is empty if the recording is not a file.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
   if (!input.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
@@ -188,7 +188,7 @@ std::vector<SensorReadings> TextsOf(const PerTriad<ReadingsDigest>& digests) {
   return readings;
 }
 
-/// A source with a digest of the readings, of each sensor at most the first `most`.
+/// A source with a digest of its readings, of at most the first `most` of each sensor.
 class DigestedSource : public SampleSource {
  public:
   explicit DigestedSource(std::unique_ptr<SampleSource> source,
@@ -268,7 +268,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
   if (!config.given && selection.kind == PoseSelectionKind::kEveryRow) {
-    // A converter's manifest may state it of a log, too.
+    // A converter's manifest may state every row as a pose for a log, too.
     TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(loaded.poses));
   }
   if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
@@ -367,7 +367,7 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   return {};
 }
 
-// The number of poses with equal means in both: these are the same readings.
+// The number of poses with equal means in both sets, which are the same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
   // Chosen: means of fewer quantised readings can be equal by chance.
   constexpr int kFewestSamples = 10;
@@ -388,7 +388,7 @@ int SharedPoses(const PoseSet& one, const PoseSet& other) {
   return shared;
 }
 
-// Error: a recording, or a part of it, is given twice.
+// Error: a recording, or a part of one, is given twice.
 Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
                          const std::vector<std::string>& inputs) {
   // Chosen: one or two poses may agree by chance.
@@ -407,7 +407,7 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
   return {};
 }
 
-// Whether reading `input` again would give the same.
+// Whether `read` is what reading `input` with `config` would give.
 bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
   // Without a gyroscope there are no readings between the poses to keep.
   if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
@@ -518,7 +518,7 @@ Status CheckSameSensors(const std::string& what,
                  what + " is of unit `" + serial + "`, but the calibration is of `" + of.serial +
                      "`; give those of one unit");
   }
-  // Each firmware numbers its sensors differently.
+  // Firmwares number sensors differently, so that ids of two firmwares are not comparable.
   const std::string &firmware = tags.firmware, &its_firmware = of.tags.firmware;
   if (!firmware.empty() && !its_firmware.empty() && firmware != its_firmware) return {};
   for (const Triad triad : kTriads) {

@@ -9,10 +9,10 @@
 
 namespace truetriad {
 
-/// The poses of `experiment.inputs`, each a session of one unit: those of the second follow those
-/// of the first in number and time, and no turn connects them. `first`, where it is what the
-/// experiment asks for, replaces the first of them and is left empty. Error (bad input): as
-/// LoadPoses; sessions of different units, or in different units of measurement. Error (usage):
+/// The poses of `experiment.inputs`, each a session of one unit: those of a later session follow
+/// those of earlier ones in number and time, and no turn connects them. `first`: a recording that
+/// was read already; if the experiment asks for it, it is used and left empty. Error (bad input):
+/// as LoadPoses; sessions of different units, or in different units of measurement. Error (usage):
 /// keys that apply to one recording only.
 Result<LoadedPoses> LoadSessions(const Experiment& experiment,
                                  std::optional<LoadedPoses>* first,

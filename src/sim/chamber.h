@@ -14,8 +14,8 @@ struct TemperatureState {
   double rate_degcps = 0.0;
 };
 
-/// The temperature of a climatic chamber over time: stretches that follow each other, and the last
-/// value from then on.
+/// The temperature of a climatic chamber over time: stretches that follow each other, after which
+/// the last value is kept.
 class Chamber {
  public:
   /// T(t) = start + rate t + amplitude sin(omega t), t from the beginning of the stretch.
@@ -31,7 +31,7 @@ class Chamber {
 
   explicit Chamber(double start_degc) { stretches_.push_back({.start_degc = start_degc}); }
 
-  /// Each appends a segment at the end; the chamber holds its last value afterwards.
+  /// Each of these appends a segment at the end; the chamber holds its last value afterwards.
   void Hold(double duration_s) { end_s_ += duration_s; }
   void Ramp(const TemperatureRamp& ramp);
   void Sine(const TemperatureSine& sine);
@@ -47,8 +47,8 @@ class Chamber {
   double end_s_ = 0.0;
 };
 
-/// The temperature behind a chamber's by a first-order lag, lag dT/dt = T_chamber - T, exact: each
-/// stretch has a closed form. Settled at the start. Times must not decrease from call to call.
+/// A temperature that follows the chamber's with a first-order lag, lag dT/dt = T_chamber - T, by
+/// the closed form of each stretch; settled at the start. Times must not decrease between calls.
 class LaggedTemperature {
  public:
   LaggedTemperature(const Chamber& chamber, double lag_s);
@@ -56,18 +56,18 @@ class LaggedTemperature {
   TemperatureState At(double time_s);
 
  private:
-  /// The settled response to the stretch, without the transient of earlier ones.
+  /// The settled response to the stretch, without the transient that earlier stretches left.
   TemperatureState Settled(const Chamber::Stretch& stretch, double time_s) const;
   TemperatureState InStretch(double time_s) const;
 
   std::vector<Chamber::Stretch> stretches_;
   double lag_s_;
   std::size_t current_ = 0;
-  double transient_degc_ = 0.0;  ///< At the begin of the current stretch.
+  double transient_degc_ = 0.0;  ///< At the beginning of the current stretch.
 };
 
-/// The temperature of the sensing elements: that of the unit, which follows the chamber, mixed with
-/// the ambient thermometer's as SimulatedTemperature says. Times must not decrease.
+/// The temperature of the sensing elements: the unit's, which follows the chamber, mixed with the
+/// ambient thermometer's in the shares of SimulatedTemperature. Times must not decrease.
 class ElementTemperature {
  public:
   ElementTemperature(const Chamber& chamber, const SimulatedTemperature& temperature)

@@ -14,7 +14,7 @@ namespace {
 // Chosen: 4096 rows of three axes of 8 bytes are a block of 0.1 MB, which stays in the cache.
 constexpr int kRowsPerBlock = 4096;
 
-/// Lowest and highest, Hz.
+/// Lowest and highest rate of the triads, Hz.
 std::pair<double, double> Rates(const Scenario& scenario, const std::vector<Triad>& triads) {
   double lowest_hz = std::numeric_limits<double>::infinity(), highest_hz = 0.0;
   for (const Triad triad : triads) {
@@ -60,8 +60,8 @@ SampleClock::SampleClock(const Scenario& scenario,
           [](const MotionStep& step) { return std::holds_alternative<TumbleStep>(step); })),
       turns_{timeline.turns},
       rates_{timeline.rates} {
-  // Readings at rest end a turn, of which the first may average over part of the turn; the first
-  // reading of a hold may average over part of the ramp.
+  // A turn ends with readings at rest, the first of which may average over part of the turn;
+  // likewise, the first reading of a held rate may average over part of the ramp.
   for (auto& turn : turns_.motions) {
     turn.start_s -= longest_interval_s_;
     turn.end_s += 2.0 * longest_interval_s_;
@@ -91,8 +91,7 @@ SampleClock::SampleClock(const Scenario& scenario,
   }
 }
 
-/// True times are whole nanoseconds, so that the differences of the times in a file are those of
-/// the simulation.
+/// True times are whole nanoseconds, so that times in a file differ exactly as in the simulation.
 std::int64_t SampleClock::RowTime(std::int64_t index) const {
   return std::llround(static_cast<double>(index) * 1e9 / rate_hz_);
 }

@@ -18,8 +18,8 @@
 
 namespace truetriad {
 
-/// The triads that share the rows of one file, and its rows one after the other: a row for each
-/// sample of the fastest triad, of which every n-th holds a sample of a slower one.
+/// Generates the rows of one file for the triads that share it: a row for each sample of the
+/// fastest triad; every n-th row also holds a sample of a slower one.
 class SampleClock {
  public:
   /// `timeline` must outlive this. `triads`: at least one, in the order of kTriads, all with the
@@ -39,7 +39,7 @@ class SampleClock {
   /// valid until the next call.
   void Generate(std::vector<SampleBlock>* blocks);
 
-  /// nullopt when the triad is not of this clock.
+  /// Unset if the triad has no samples in these rows.
   std::optional<StreamCounts> counts(Triad triad) const;
 
   /// Simulation::rest_rows(), so far.
@@ -47,11 +47,11 @@ class SampleClock {
   /// Simulation::turns() and rates(), so far.
   std::vector<StatedTurn> turns() const { return turns_.Stated(); }
   std::vector<StatedRate> rates() const { return rates_.Stated(); }
-  /// Simulation::mean_wander(), so far; nullopt when the triad is not of this clock.
+  /// Simulation::mean_wander(), so far; unset if the triad has no samples in these rows.
   std::optional<Eigen::Vector3d> mean_wander(Triad triad) const;
 
  private:
-  /// Mean of the means over successive intervals.
+  /// Mean of the means over successive stretches of samples.
   class MeanOfMeans {
    public:
     void Add(std::size_t stretch, const Eigen::Vector3d& value) {
@@ -71,7 +71,7 @@ class SampleClock {
         : before_(std::move(before)), stretches_(stretches), stretch_(stretch) {}
 
     Eigen::Vector3d before_ = Eigen::Vector3d::Zero();
-    int stretches_ = 0;  ///< Before this one.
+    int stretches_ = 0;  ///< Before the current one.
     std::size_t stretch_ = 0;
     Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
     double count_ = 0.0;
@@ -85,7 +85,7 @@ class SampleClock {
     double dropout;
     FastRandom dropout_random;
     std::vector<TimeSpan> stuck = {};
-    /// The sample before: for the mean rate, and for a triad that is stuck.
+    /// State at the previous sample: for the mean rate, and for a triad that is stuck.
     Eigen::Quaterniond last_world_from_body;
     std::int64_t last_ns;
     std::optional<Eigen::Vector3d> last_reading = {};
@@ -97,7 +97,7 @@ class SampleClock {
     std::vector<std::int64_t> row = {};
   };
 
-  /// The rows of motions, which follow each other in time.
+  /// Finds the rows of motions, which follow each other in time.
   template <typename Motion>
   struct MotionRows {
     std::vector<TimelineMotion<Motion>> motions;
@@ -123,12 +123,12 @@ class SampleClock {
   TemperatureState PlayedTemperature(double time_s);
   double ReadThermometer(double time_s);
   double ReadAmbient(double time_s);
-  /// What a thermometer at a temperature reports.
+  /// What a thermometer reports at the temperature `degc`.
   double Shown(double degc, double noise_degc, double resolution_degc, FastRandom* random) const;
   Eigen::Vector3d Truth(Channel* channel) const;
-  /// True when the sample is in the row.
+  /// Takes a sample. False: it is dropped, and the row lacks it.
   bool Sample(Channel* channel, const TemperatureState& temperature);
-  /// Adds the row that is being written to its rest, if any.
+  /// Adds the row that is being written to the rest that it is in, if any.
   void NoteRest(double time_s);
   void NoteWander();
 
@@ -151,12 +151,12 @@ class SampleClock {
   std::int64_t index_ = 0;    ///< Of the next row that is due.
   std::int64_t next_ns_ = 0;  ///< Its true time.
   std::int64_t now_ns_ = 0;
-  std::int64_t rows_ = 0;  ///< Written: with at least one sample.
+  std::int64_t rows_ = 0;  ///< Rows written: each has at least one sample.
   std::int64_t last_reported_ns_;
 
   const std::vector<TrueRest>& rests_;
   double longest_interval_s_;
-  std::size_t rest_ = 0;  ///< In which the next row is, or which comes next.
+  std::size_t rest_ = 0;  ///< Index of the rest that the next row is in, else of the next rest.
   bool rest_began_ = false;
   std::vector<PoseRange> rest_rows_;
   bool tumbles_;

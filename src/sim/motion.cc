@@ -11,8 +11,8 @@ Eigen::Quaterniond Rotation(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis));
 }
 
-/// From 0 with a rate that rises to 1 within `ramp_s` as 6 u^5 - 15 u^4 + 10 u^3, and falls
-/// likewise before `duration_s`.
+/// Time that runs from 0 with a rate that rises to 1 within `ramp_s` as 6 u^5 - 15 u^4 + 10 u^3,
+/// and falls to 0 likewise before `duration_s`.
 Motion1d RampedTime(double time_s, double duration_s, double ramp_s) {
   const double to_end_s = duration_s - time_s;
   if (time_s >= ramp_s && to_end_s >= ramp_s) return {time_s - 0.5 * ramp_s, 1.0, 0.0};
@@ -95,7 +95,7 @@ Eigen::Vector3d HandAcceleration(const MotionPhase::Tumbling& tumbling,
   return RampedTime(time_s, duration_s, tumbling.ramp_s).rate * acceleration;
 }
 
-/// Evaluates a form in the frame of the phase's begin.
+/// Evaluates the form of a phase, relative to the attitude at the phase's beginning.
 struct Evaluate {
   const MotionPhase& phase;
   double time_s;

@@ -29,7 +29,7 @@ struct Motion1d {
   double acceleration = 0.0;
 };
 
-/// From 0 to 1 in `duration_s`, at rest at both ends: minimum jerk. Clamped outside.
+/// Minimum-jerk motion from 0 to 1 in `duration_s`, at rest at both ends; clamped outside.
 Motion1d MinimumJerk(double time_s, double duration_s);
 
 /// An interval in which one formula holds for the attitude,
@@ -39,30 +39,30 @@ Motion1d MinimumJerk(double time_s, double duration_s);
 /// The angles are functions of the time since `begin_s` alone.
 struct MotionPhase {
   struct Still {};
-  /// By `angle_rad`, with minimum jerk, while the centre is carried by `travel_m` (world frame).
+  /// A turn by `angle_rad` with minimum jerk, while the centre travels by `travel_m` (world frame).
   struct Turn {
     double angle_rad = 0.0;
     Eigen::Vector3d travel_m = Eigen::Vector3d::Zero();
   };
-  /// Up to `rate_radps` within `ramp_s`, and down at the end likewise.
+  /// Rotation that reaches `rate_radps` within `ramp_s`, and ends likewise.
   struct Spin {
     double rate_radps = 0.0;
     double ramp_s = 1.0;
   };
-  /// tilt (1 + s) e^-s - tilt, s = t / decay_s.
+  /// The angle is tilt (1 + s) e^-s - tilt, s = t / decay_s: a tilt that decays.
   struct Settling {
     double tilt_rad = 0.0;
     double decay_s = 1.0;
   };
-  /// Angle k: amplitude_k (sin(omega_k w + phase_k) - sin(phase_k)), k = a, b, c; the warped time w
-  /// starts and ends at rest.
+  /// Angle k: amplitude_k (sin(omega_k w + phase_k) - sin(phase_k)), k = a, b, c; w is a warped
+  /// time, whose rate is zero at start and end.
   struct Tumbling {
     Eigen::Vector3d amplitude_rad = Eigen::Vector3d::Zero();
     Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
     Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
     double ramp_s = 1.0;
-    /// The hand's own acceleration, world frame, while turning at full speed: so many sines per
-    /// axis that it does not repeat, of one amplitude, each with its frequency and phase.
+    /// The hand's own acceleration, world frame, while turning at full speed: on each axis a sum of
+    /// sines of one amplitude, with so many frequencies and phases that it does not repeat.
     static constexpr std::size_t kHandTerms = 32;
     double hand_amplitude_mps2 = 0.0;
     std::array<Eigen::Vector3d, kHandTerms> hand_omega_radps{}, hand_phase_rad{};

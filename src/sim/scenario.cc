@@ -22,7 +22,7 @@ std::string RangeText(const Eigen::Vector2d& range) {
   return Number(range[0]) + " to " + Number(range[1]);
 }
 
-/// Collects the mistakes. All checks fail for NaN.
+/// Collects the mistakes in a scenario. All checks fail for NaN.
 class Problems {
  public:
   /// Sets the key that the following mistakes are about.
@@ -52,7 +52,7 @@ class Problems {
   std::vector<Error> errors_;
 };
 
-/// "motion[1]": an item of a list, from 0.
+/// The key of an item of a list, counted from 0: "motion[1]".
 std::string ItemKey(std::string_view list, std::size_t item) {
   return std::string(list) + "[" + std::to_string(item) + "]";
 }
@@ -81,7 +81,7 @@ void CheckNoise(const SensorNoise& noise, const std::string& name, Problems* pro
 }
 
 void CheckSampling(const SensorSampling& sampling, const std::string& name, Problems* problems) {
-  // Stamps have nanoseconds: a thousand of them between samples keep the spacing to a per mille.
+  // Stamps are whole nanoseconds: a thousand of them between samples keep intervals to 0.1 %.
   constexpr double kFastestHz = 1e6;
   problems->Require(
       sampling.rate_hz > 0.0 && sampling.rate_hz <= kFastestHz,
@@ -95,7 +95,7 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
                     name + " dropout is " + Number(sampling.dropout) +
                         "; it must be a probability, at least 0 and below 1");
   constexpr double kFurthestClockS =
-      1e6;  // Twelve days: a clock that was never set starts at zero.
+      1e6;  // Twelve days; more is a mistake: a clock that was never set starts at zero.
   problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestClockS,
                     name + " clock offset is " + Number(sampling.clock_offset_s) +
                         " s; expected at most 1e6 s in either direction");
@@ -153,8 +153,8 @@ void CheckTriad(Triad triad, const SimulatedTriad& sensor, Problems* problems) {
   CheckSampling(sensor.sampling, name, problems);
 }
 
-/// A sensor that saturates at rest, or whose steps are larger than gravity (or the field), measures
-/// nothing: most likely a unit is wrong. Moves and noise may exceed the range.
+/// A sensor that saturates at rest, or whose resolution is coarser than gravity (or the field),
+/// measures nothing: most likely a unit of measure is wrong. Moves and noise may exceed the range.
 void CheckSeesWorld(Triad triad,
                     const SimulatedTriad& sensor,
                     const SimulatedWorld& world,
@@ -177,7 +177,7 @@ void CheckSeesWorld(Triad triad,
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
-/// The ranges are wide: they find wrong units, which are off by powers of ten.
+/// The ranges are wide: they find wrong units of measure, which are off by powers of ten.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
   problems->About("world.gravity_mps2");
   problems->Require(
@@ -197,7 +197,7 @@ void CheckWorld(const SimulatedWorld& world, Problems* problems) {
                    "latitude and declination");
 }
 
-/// Rate at which a gyroscope states the mean since its last sample; unset without one that does.
+/// Rate in Hz at which a gyroscope states the mean since its last sample; unset: none does so.
 std::optional<double> MeanRateHz(const Scenario& scenario) {
   const auto& gyroscope = scenario.sensors[Triad::kGyroscope];
   if (!gyroscope || gyroscope->gyroscope_output != GyroscopeOutput::kMeanRate) return std::nullopt;
@@ -267,7 +267,7 @@ struct CheckStep {
     problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis of zero length");
   }
 
-  /// Attitudes alone do not distinguish a turn from one the other way round to the same end.
+  /// By its attitudes alone, more than half a turn equals the opposite turn to the same end.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
@@ -418,7 +418,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
                         " times over; the limit is " + std::to_string(kMostSimulatedRests));
 }
 
-/// A gain that is zero at some temperature measures nothing there.
+/// A sensor measures nothing at a temperature at which a gain is zero.
 void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Problems* problems) {
   constexpr int kGainSteps = 64;  // Far more than the two turning points of a cubic.
   for (const Triad triad : kTriads) {
@@ -441,7 +441,7 @@ void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Pro
   }
 }
 
-/// Checks the whole motion, for which every single value must be right.
+/// Checks the motion as a whole, which is only possible if every single value is right.
 void CheckTimeline(const Scenario& scenario, Problems* problems) {
   const Timeline timeline = MakeTimeline(scenario, 0);
   constexpr double kLongestS = 1e8;  // Three years; far below the end of int64 nanoseconds.
@@ -471,7 +471,7 @@ void CheckTimeline(const Scenario& scenario, Problems* problems) {
 
 std::vector<Error> Scenario::Mistakes() const {
   Problems problems;
-  // Their folders are numbered with four digits.
+  // The folders of units are numbered with four digits.
   constexpr int kMostUnits = 9999;
   problems.About("description");
   problems.Require(
@@ -497,7 +497,7 @@ std::vector<Error> Scenario::Mistakes() const {
     if (!sensors[triad]) continue;
     problems.About(SensorKey(triad));
     CheckTriad(triad, *sensors[triad], &problems);
-    // A sensor that does not fit a wrong world may be right.
+    // A sensor that does not fit the world may be right if the world is wrong.
     if (is_world_right) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
   double slowest_hz = std::numeric_limits<double>::infinity();

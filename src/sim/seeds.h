@@ -8,11 +8,11 @@
 
 namespace truetriad {
 
-/// What random numbers of a simulation are for. Each has a sequence of its own, so that switching
-/// one source of randomness off leaves the others as they were. Part of the product: the numbers
-/// behind the names decide the bytes of recordings.
+/// What random numbers of a simulation are for. Each purpose has a sequence of its own, so that
+/// switching one source of randomness off leaves the others as they were. The numbers must not
+/// change: the bytes of recordings depend on them.
 enum class Purpose : std::uint64_t {
-  kUnit = 1,  ///< The unit's deviation from the nominal one.
+  kUnit = 1,  ///< The unit's deviation from the nominal unit.
   kPoseOrder = 2,
   kPoseTilt = 3,
   kRestLength = 4,
@@ -29,12 +29,12 @@ enum class Purpose : std::uint64_t {
   kSession = 15,  ///< The seed of a session.
 };
 
-/// For what concerns a unit as a whole.
+/// Random numbers for a unit as a whole.
 inline FastRandom UnitRandom(std::uint64_t seed, int unit, Purpose purpose) {
   return FastRandom({seed, static_cast<std::uint64_t>(unit), static_cast<std::uint64_t>(purpose)});
 }
 
-/// For what concerns one of its triads.
+/// Random numbers for one triad of a unit.
 inline FastRandom TriadRandom(std::uint64_t seed, int unit, Purpose purpose, Triad triad) {
   return FastRandom({seed,
                      static_cast<std::uint64_t>(unit),

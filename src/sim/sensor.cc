@@ -73,10 +73,10 @@ Eigen::Vector3d SimulatedSensor::Read(const Eigen::Vector3d& truth,
 }
 
 int ReadingDecimals(double resolution, double noise_sigma) {
-  // Decimals of the finest unit that anybody logs, picotesla in tesla.
+  // Decimals of the smallest steps that anybody logs: picotesla, in tesla.
   constexpr int kMost = 12;
   if (resolution <= 0.0 && noise_sigma <= 0.0) return RecordingFormat::kShortest;
-  // Rounding to a twentieth adds 1/12/400 to the variance of what it rounds: 0.02 %.
+  // Rounding to a twentieth of a step or σ adds 1/12/400 to the variance: 0.02 %.
   constexpr double kShare = 20.0;
   const double step = resolution > 0.0 ? resolution : noise_sigma;
   double unit = 1.0;  // 10^-decimals

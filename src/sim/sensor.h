@@ -31,7 +31,7 @@ class NoiseProcess {
     }
     return noise;
   }
-  /// The part of the last sample's noise that is not white: the bias less the model's.
+  /// The part of the last sample's noise that is not white: what it adds to the model's bias.
   const Eigen::Vector3d& wander() const { return wander_; }
 
  private:
@@ -49,7 +49,7 @@ class NoiseProcess {
 /// Converts the true quantity to the readings of the log.
 class SimulatedSensor {
  public:
-  /// `decimals`: those the readings are written with.
+  /// `decimals`: the number of decimals with which readings are written.
   SimulatedSensor(const SimulatedTriad& triad,
                   const TrueTriad& truth,
                   int decimals,
@@ -57,11 +57,11 @@ class SimulatedSensor {
                   int unit,
                   Triad kind);
 
-  /// The next sample. `temperature` is that on which bias and matrix depend.
+  /// The reading of the next sample. Bias and matrix depend on `temperature`.
   Eigen::Vector3d Read(const Eigen::Vector3d& truth,
                        const Eigen::Vector3d& force_mps2,
                        const TemperatureState& temperature);
-  /// NoiseProcess::wander of it.
+  /// NoiseProcess::wander of the last sample.
   const Eigen::Vector3d& wander() const { return noise_.wander(); }
 
  private:
@@ -76,9 +76,9 @@ class SimulatedSensor {
   int decimals_;
 };
 
-/// Decimals with which a reading is written: all of a resolution that is a short decimal number,
-/// else so many that a step is within a twentieth of the resolution or of one sample's noise (it
-/// then adds less than 0.03 % to the noise's variance); RecordingFormat::kShortest without either.
+/// Decimals with which readings are written: those of the resolution, if it is a short decimal
+/// number; else so many that the last one is at most a twentieth of the resolution or of a sample's
+/// σ (which adds less than 0.03 % to the variance). Without either: RecordingFormat::kShortest.
 int ReadingDecimals(double resolution, double noise_sigma);
 int ReadingDecimals(const SimulatedTriad& triad);
 

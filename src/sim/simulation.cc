@@ -14,8 +14,8 @@
 namespace truetriad {
 namespace {
 
-/// True when the triads can share the rows of one file: one clock, and every rate the highest
-/// divided by a whole number.
+/// True if the triads can share the rows of one file: they have one clock, and every rate is the
+/// highest one divided by a whole number.
 bool ShareRows(const Scenario& scenario) {
   const SensorSampling* fastest = nullptr;
   for (const auto& triad : scenario.sensors) {
@@ -33,7 +33,7 @@ bool ShareRows(const Scenario& scenario) {
       });
 }
 
-/// Decimals of a second that a multiple of `time_ns` needs.
+/// The number of decimals that multiples of `time_ns` need in seconds.
 int SecondsDecimals(std::int64_t time_ns) {
   int decimals = 9;
   for (; decimals > 0 && time_ns % 10 == 0; time_ns /= 10) --decimals;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kForever = std::numeric_limits<double>::infinity();
 
-/// The rotation vector of `rotation`, of length up to pi; exact for the smallest angles.
+/// The rotation vector of `rotation`, of length up to pi; accurate even for the smallest angles.
 Eigen::Vector3d Log(const Eigen::Quaterniond& rotation) {
   const double half_sine = rotation.vec().norm();
   if (half_sine == 0.0) return Eigen::Vector3d::Zero();

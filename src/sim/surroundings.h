@@ -13,14 +13,14 @@
 
 namespace truetriad {
 
-/// An interval, begin included.
+/// An interval, which includes its beginning but not its end.
 struct TimeSpan {
   double begin_s = 0.0;
   double end_s = 0.0;
   bool Contains(double time_s) const { return begin_s <= time_s && time_s < end_s; }
 };
 
-/// When a disturbance holds.
+/// The interval in which a disturbance acts.
 TimeSpan SpanOf(const DisturbanceTime& when, double duration_s, const std::vector<TrueRest>& rests);
 
 /// The true quantities at the unit's sensors along its motion. Times must not decrease from call to

@@ -54,7 +54,7 @@ class TimelineBuilder {
  private:
   void FollowMotion(const std::vector<double>& temperatures_degc) {
     for (const double degc : temperatures_degc) {
-      // The first pose of all is taken before the chamber goes anywhere.
+      // The very first pose is taken before the chamber leaves its start temperature.
       if (placed_) WaitFor(degc);
       for (const MotionStep& step : scenario_.motion) {
         std::visit([this, degc](const auto& motion) { Add(motion, degc); }, step);
@@ -132,8 +132,8 @@ class TimelineBuilder {
     constexpr double kLongestRampS = 1.0;
     tumbling.ramp_s = std::min(kLongestRampS, step.duration_s / 4.0);
     if (step.hand_acceleration_mps2 > 0.0) {
-      // 0.3 to 1.9 Hz, the frequencies of a hand, as many terms to each octave. The mean square of
-      // each is half its squared amplitude.
+      // 0.3 to 1.9 Hz, the frequencies of a hand, with equally many terms in each octave. The mean
+      // square of a sine is half its squared amplitude.
       constexpr double kSlowestRadps = 2.0, kFastestRadps = 12.0;
       constexpr auto kTerms = static_cast<double>(MotionPhase::Tumbling::kHandTerms);
       tumbling.hand_amplitude_mps2 = step.hand_acceleration_mps2 * std::sqrt(2.0 / kTerms);
@@ -150,7 +150,7 @@ class TimelineBuilder {
     intended_ = attitude_;
   }
 
-  /// The attitude in which a pose is taken: with a random tilt, and that of an unsettled rest.
+  /// The attitude in which a pose is taken: with a random tilt, plus that of an unsettled rest.
   Eigen::Quaterniond Taken(const Eigen::Quaterniond& intended, double tilt_sigma_rad) {
     Eigen::Quaterniond taken = intended.normalized() * Exp(tilt_sigma_rad * tilt_.Normal3());
     if (const UnsettledPose* unsettled = ComingUnsettled())
@@ -195,7 +195,7 @@ class TimelineBuilder {
     rests_.push_back(rest);
   }
 
-  /// The unit stays where it is until the chamber has arrived and settled.
+  /// Leaves the unit where it is until the chamber has arrived at the temperature and settled.
   void WaitFor(double degc) {
     if (degc == chamber_.end_degc() || !scenario_.temperature.profile.empty()) return;
     chamber_.Hold(end_s_ - chamber_.end_s());
@@ -231,8 +231,8 @@ Timeline MakeTimeline(const Scenario& scenario, int unit) {
 }
 
 Eigen::Vector2d ElementRange(const Scenario& scenario, const Timeline& timeline) {
-  // Chosen: 256 steps of the recording suffice between the beginnings of the chamber's stretches,
-  // which are sampled too.
+  // Chosen: temperatures are sampled at 256 steps of the recording, and at the beginning of each of
+  // the chamber's stretches.
   constexpr int kRangeSteps = 256;
   const double duration_s = timeline.motion.duration_s();
   std::vector<double> times_s;

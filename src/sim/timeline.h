@@ -13,24 +13,24 @@
 
 namespace truetriad {
 
-/// A motion that an operator could state.
+/// A turn or a rate that the operator of a turntable would state.
 template <typename Stated>
 struct TimelineMotion {
   double start_s = 0.0;
   double end_s = 0.0;
-  Stated stated;  ///< Without rows.
+  Stated stated;  ///< Its rows are found later.
 };
 
-/// What happens to one unit, without its sensors.
+/// What happens to one unit, apart from its sensors.
 struct Timeline {
   Motion motion;
   Chamber chamber;
   std::vector<TrueRest> rests;
   std::vector<TimelineMotion<StatedTurn>> turns;
-  std::vector<TimelineMotion<StatedRate>> rates;  ///< While they were held.
+  std::vector<TimelineMotion<StatedRate>> rates;  ///< Each from the start to the end of its hold.
 };
 
-/// Of unit `unit` of a valid scenario.
+/// The timeline of the unit number `unit` of a valid scenario.
 Timeline MakeTimeline(const Scenario& scenario, int unit);
 
 /// Lowest and highest temperature of the sensing elements.

@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-/// Every number is drawn whatever its spread, so that a spread of zero leaves the others alone.
+/// Every number is drawn, even with a spread of zero, so that the others do not depend on it.
 TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
   const UnitSpread& spread = nominal.spread;
   const Eigen::Vector3d gain = nominal.nominal.sensitivity.diagonal();
@@ -53,7 +53,7 @@ TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
   return triad;
 }
 
-/// The entries of one triad in the names and the order of a calibration's covariance.
+/// Adds the names of one triad's parameters, in the order of a calibration's covariance.
 void NameParameters(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
   const auto vector = [&](const std::string& name) {
     for (const char axis : kAxisLetters) names->push_back(name + "." + axis);

@@ -19,7 +19,7 @@ namespace truetriad {
 // `shared` and the states of `problem` are its parameters and must outlive it.
 std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);
 
-// Minimises it by Ceres' Levenberg-Marquardt with sparse normal equations.
+// Minimises the problem by Ceres' Levenberg-Marquardt with sparse normal equations.
 SolveOutcome SolveByCeres(double tolerance,
                           int max_iterations,
                           ChainProblem* problem,

@@ -12,9 +12,9 @@
 namespace truetriad {
 namespace {
 
-// A panel of 64 states, 192 rows, fits the cache while it is squared (80 kB at 50 columns).
+// States per panel, whose 192 rows fit the cache while they are squared (80 kB at 50 columns).
 constexpr std::size_t kPanelStates = 64;
-// For smaller shares of the signal the neglected curvature is under 30 % of Gauss-Newton's.
+// Share of the signal below which a residual's neglected curvature is under 30 % of Gauss-Newton's.
 constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {
@@ -24,7 +24,7 @@ bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& 
       });
 }
 
-// The root of a row; one of fewer than three values is padded with zeros.
+// The whitening root of a row, padded with zeros if the row has fewer than three values.
 Eigen::Matrix3d Root(const ChainRow& row) {
   Eigen::Matrix3d root = Eigen::Matrix3d::Zero();
   root.topLeftCorner(row.root.rows(), row.root.cols()) = row.root;
@@ -64,7 +64,7 @@ class ChainElimination::SquaredRows {
   Eigen::Index used_ = 0;
 };
 
-// A whitened row.
+// A whitened row: its values, and derivatives by the free coordinates and by one or two states.
 struct ChainElimination::LinearRow {
   explicit LinearRow(Eigen::Index free) : buffer(3, free) {}
 
@@ -76,7 +76,7 @@ struct ChainElimination::LinearRow {
   Eigen::Matrix3d by_first, by_second;
 };
 
-// The next state to eliminate, and what rows that couple it with the one after add to that one.
+// The next state to eliminate, and the state after it with the terms of rows that couple both.
 struct ChainElimination::Arrow {
   explicit Arrow(Eigen::Index free)
       : columns(3, free + 1),
@@ -105,9 +105,9 @@ struct ChainElimination::Arrow {
   Eigen::MatrixXd eliminated;
 };
 
-// The curvature that a Gauss-Newton step lacks where a residual is large: second derivatives by a
-// rotation are as long as the first ones, so that with this bound no step passes the least cost. A
-// reading twice as long as its field, the only one of an attitude, is else overshot for ever.
+// The curvature that a Gauss-Newton step lacks if a residual is large: second derivatives by a
+// rotation are as large as the first ones, so that with this bound no step overshoots the least
+// cost. Else an attitude whose only reading has twice the field's length would overshoot for ever.
 double ChainElimination::BendOf(const LinearRow& row) {
   const double residual = row.residual.norm();
   const double signal = row.by_first.norm() / std::numbers::sqrt2;

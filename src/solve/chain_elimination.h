@@ -24,10 +24,10 @@ class ChainElimination final : public EliminatedProblem {
  public:
   explicit ChainElimination(ChainProblem problem);
 
-  // Linearises at `shared` and its states: those that the last linearisation gives there, the first
-  // time those of the problem.
+  // Linearises at `shared`, and at the states that the last linearisation gives there, or for the
+  // first time at the problem's own states.
   void Linearise(const Eigen::VectorXd& shared) override;
-  // The same in less memory: no states can be computed at other parameters afterwards.
+  // As Linearise, in less memory: afterwards, no states can be computed at other parameters.
   void LineariseOnce(const Eigen::VectorXd& shared);
   double CostAt(const Eigen::VectorXd& shared) const override;
   double cost() const override { return cost_; }
@@ -78,7 +78,7 @@ class ChainElimination final : public EliminatedProblem {
 
   ChainProblem problem_;
   std::vector<Pattern> patterns_;
-  std::vector<std::size_t> pattern_of_;  // row by row
+  std::vector<std::size_t> pattern_of_;  // for each row, its index in patterns_
 
   bool is_linearised_ = false;
   bool keeps_panels_ = true;
@@ -92,7 +92,7 @@ class ChainElimination final : public EliminatedProblem {
   std::vector<Eigen::MatrixXd> panels_;
 };
 
-// A graph linearised at its present values; it must outlive the result.
+// A graph linearised at its present values; the graph must outlive the result.
 ChainElimination Linearised(const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -23,8 +23,8 @@ namespace truetriad {
 class ChainFactor {
  public:
   void Reserve(std::size_t states);
-  // Appends a state: its block of N, and the block between it and the state after it; zero where
-  // they are not coupled.
+  // Appends a state: its block of N, and the block between it and the state after it; zero if they
+  // are not coupled.
   void Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling);
 
   std::size_t states() const { return half_.size(); }
@@ -38,8 +38,8 @@ class ChainFactor {
   // Replaces b by N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
 
-  // L^-1 b with N = L L^T for columns that are zero before state `first`: `rows` is b from there to
-  // its last nonzero row, afterwards the result until it is negligible.
+  // Columns of b that are zero before state `first`, to be replaced by L^-1 b with N = L L^T.
+  // `rows`: b from that state to its last nonzero row; afterwards the result, until negligible.
   struct Panel {
     std::size_t first = 0;
     StackedRows rows;
@@ -51,14 +51,14 @@ class ChainFactor {
   // Blocks of N^-1: of each state, and between it and the next.
   struct Blocks {
     std::vector<Eigen::Matrix3d> own;
-    std::vector<Eigen::Matrix3d> with_next;  // empty where no states are coupled
+    std::vector<Eigen::Matrix3d> with_next;  // empty if no states are coupled
     static Blocks Zero(std::size_t states, bool coupled);
     Eigen::Matrix3d WithNext(std::size_t state) const {
       return with_next.empty() ? Eigen::Matrix3d(Eigen::Matrix3d::Zero()) : with_next[state];
     }
   };
   Blocks Inverse() const;
-  // The derivative of those blocks when N changes by blocks; `inverse` is the result of Inverse.
+  // The derivative of the blocks of N^-1 for a change of N's blocks; `inverse`: as of Inverse.
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
  private:

@@ -31,13 +31,13 @@ struct ChainRow {
 struct ChainProblem {
   const SharedLayout* layout = nullptr;  // must outlive the problem
   std::vector<ChainState> states;
-  std::vector<ChainRow> rows;  // by state; those of two states after those of one
+  std::vector<ChainRow> rows;  // sorted by state; of a state, those with the next state come last
 };
 
 // The unknowns and rows of a graph. They refer to its layout and to its turns.
 ChainProblem ChainOf(const PoseGraph& graph);
-// The same, freeing each node of the graph when its rows are made, so that memory does not have to
-// hold both, for 100 000 poses, say.
+// As ChainOf, but frees each node of the graph when its rows are made, so that memory does not have
+// to hold both, for 100 000 poses, say.
 ChainProblem TakeChain(PoseGraph* graph);
 
 }  // namespace truetriad

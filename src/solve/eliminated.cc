@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-// Smaller eigenvalues, as a share of the largest, are rounding errors: 5 epsilon of a double.
+// Least eigenvalue, as a share of the largest, that is no rounding error: 5 epsilon of a double.
 constexpr double kRootTolerance = 1e-15;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -109,8 +109,8 @@ class EliminatedCost final : public ceres::CostFunction {
   mutable Eigen::VectorXd residual_;
 };
 
-// At the optimum rounding decides whether a step lowers the cost; without this Ceres would try ever
-// shorter ones.
+// At the optimum rounding decides whether a step lowers the cost; without this callback Ceres would
+// try ever shorter steps.
 class StopAtRounding : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {

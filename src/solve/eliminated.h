@@ -28,8 +28,8 @@ class EliminatedProblem {
 //
 //   J^T J = information,  J^T r = gradient,  |r|^2 / 2 = cost
 //
-// On return the problem is linearised at `shared`, the optimum. It stops when a step lowers the
-// cost by less than the share `tolerance`.
+// On return the problem is linearised at `shared`, the optimum. Iteration stops when a step lowers
+// the cost by less than the share `tolerance`.
 SolveOutcome SolveEliminated(const SharedLayout& layout,
                              double tolerance,
                              int max_iterations,

@@ -6,7 +6,7 @@
 namespace truetriad {
 namespace {
 
-// Nonzero entries of the basis of the free coordinates: hardly more than one per column.
+// A nonzero entry of the basis of the free coordinates, which has hardly more than one per column.
 struct BasisEntry {
   Eigen::Index row = 0;
   Eigen::Index column = 0;

@@ -63,8 +63,8 @@ class LinearisedGraph {
   // another.
   Eigen::VectorXd PoseSteps(const Eigen::VectorXd& shared_step) const;
 
-  // Moves `graph`, of which this was made, by a step of the free shared coordinates and the optimal
-  // step of its poses.
+  // Moves `graph`, from which this was made, by a step of the free shared coordinates and the
+  // optimal step of its poses.
   void TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const;
 
   // D y, for any number of columns.
@@ -118,11 +118,11 @@ class LinearisedGraph {
   double cost_ = 0.0;
 };
 
-// The block of a symmetric matrix for the poses of a factor, from its own blocks.
+// The block of a symmetric matrix for the poses of a factor, assembled from its blocks by pose.
 using PairBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks);
 
-// Adds a factor's block at its poses.
+// Adds a factor's block to the blocks of its poses.
 void AddPoseBlock(const LinearisedGraph::Factor& factor,
                   const PairBlock& block,
                   ChainFactor::Blocks* blocks);

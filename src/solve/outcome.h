@@ -11,9 +11,9 @@ struct SolveOutcome {
   double final_cost = 0.0;
 };
 
-// A solution stops when a step lowers the cost by less than this share: it is then within
-// sqrt(tolerance * χ²) σ of the optimum.
+// An optimisation stops when a step lowers the cost by less than this share: the result is then
+// within sqrt(tolerance * χ²) σ of the optimum.
 inline constexpr double kFinalTolerance = 1e-13;
-inline constexpr double kRoundTolerance = 1e-8;  // between rounds of noise: 1e-3 σ at χ² = 100
+inline constexpr double kRoundTolerance = 1e-8;  // between noise estimates: 1e-3 σ at χ² = 100
 
 }  // namespace truetriad

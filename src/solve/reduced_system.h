@@ -11,23 +11,23 @@
 
 namespace truetriad {
 
-// The linearised graph with its covariance: what ceres::Covariance computes, and also projections
-// of residuals, variance components and rank-deficient systems. With the whole system's projector P
-// = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns)
+// The linearised graph with its covariance: as by ceres::Covariance, but also with projections of
+// residuals, for variance components and for rank-deficient systems. With the whole system's
+// projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns)
 //
 //   P = D - D J M^-1 J^T D        P r = D (r + J step).
 class ReducedSystem : public LinearisedGraph {
  public:
-  // Three rows of a factor with a common variance, and the change of that.
+  // Three rows of a factor with a common variance, and the change of that variance.
   struct VarianceChange {
     std::size_t factor = 0;
-    Eigen::Index row = 0;  // of the factor's
+    Eigen::Index row = 0;  // first of the three, among the factor's rows
     Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
   };
 
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // As LinearisedGraph, with the members of this class.
+  // As in LinearisedGraph, with an update of the members of this class.
   void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
@@ -43,7 +43,7 @@ class ReducedSystem : public LinearisedGraph {
   int rank() const { return shared_.rank(); }
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
-  // A factor's diagonal block of D, with all its rows, and of P, with three.
+  // A factor's diagonal block of D, with all its rows, and of P, with three from `row` on.
   auto D(std::size_t factor) const {
     const Eigen::Index rows = factors()[factor].rows;
     return D_.block(factors()[factor].row, 0, rows, rows);
@@ -51,7 +51,7 @@ class ReducedSystem : public LinearisedGraph {
   Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
   // The diagonal blocks of dD = -D dV D for each of `wanted`, whose own `change` is not used. `dV`
-  // has no rows twice.
+  // lists no row twice.
   std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
                                                    const std::vector<VarianceChange>& wanted) const;
 

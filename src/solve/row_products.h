@@ -52,7 +52,7 @@ void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
 // a^T * b for matrices of equally many rows.
 Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 
-// The same for a symmetric result: only one triangle is computed.
+// TransposedProduct for a symmetric result, of which only one triangle is computed.
 Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b);
 
 // The first columns of `a`, as many as `b` has rows, times `b`.

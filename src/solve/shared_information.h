@@ -39,7 +39,7 @@ class SharedInformation {
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
-  // No direction is near rounding, however different the σ of parameters are.
+  // Whether no direction's information is near rounding, however different the parameters' σ are.
   bool is_regular() const { return is_regular_; }
   // The Gauss-Newton step; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
@@ -54,8 +54,8 @@ class SharedInformation {
 // Variances of all shared entries, by the covariance of the free coordinates.
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
 
-// The largest change of a shared entry, in its σ, where the free coordinates change by all columns
-// of `moves` independently: the root of the sum of their squares. Entries without a variance are
+// The largest change of a shared entry, in its σ, if the free coordinates change by all columns of
+// `moves` independently: the root of the sum of their squares. Entries without a variance are
 // skipped.
 double LargestInSigmas(const SharedLayout& layout,
                        const Eigen::MatrixXd& covariance,

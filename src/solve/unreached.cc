@@ -64,7 +64,7 @@ TRUETRIAD_UNREACHED(dpotrf_)
 TRUETRIAD_UNREACHED(dpotrs_)
 TRUETRIAD_UNREACHED(dtrtrs_)
 
-// glog's stack traces use these when a CHECK fails: it prints none.
+// glog's stack traces use these functions when a CHECK fails; with them, it prints no trace.
 #ifdef __x86_64__
 extern "C" {
 int unw_tdep_getcontext(unw_tdep_context_t* /*context*/) { return -1; }

@@ -61,7 +61,7 @@ Status CheckCount(Triad triad,
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
-  // The axis terms need their poses with a smaller matrix as well.
+  // With a smaller matrix, too, the axis terms need their additional poses.
   const auto suffices = [&](std::size_t smaller) {
     return smaller < of_matrix && poses + of_matrix >= needed + smaller;
   };
@@ -198,12 +198,12 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   auto model = FitModelTrimmed(readings, shape, gravity);
   if (!model) return model;
   model->sensitivity *= sign;
-  // Lower triangular: the gauge of the solution. A diagonal matrix already is.
+  // Makes the matrix lower triangular, as the solution's gauge wants it; a diagonal one already is.
   model->sensitivity *= GaugeRotation(Gauge::kAccelX, model->sensitivity, sign);
   return model;
 }
 
-// In unknown attitudes the accelerometer's mounting defines the body frame.
+// AccelerometerStart in the body frame, which in unknown attitudes the stated mounting defines.
 Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
                                                      const CalibrateOptions& options) {
   auto model = AccelerometerStart(poses, options);
@@ -214,7 +214,7 @@ Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
 }
 
 // The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed). Sets the
-// field strength of the start, which is only a convention where it is not stated.
+// field strength of the start, which is only a convention if it is not stated.
 Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   StartValues* start) {
@@ -280,7 +280,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
   return alignments;
 }
 
-// Both fields at one pose, as unit vectors, and the relative errors of their lengths.
+// Up and the magnetic field at one pose, as unit vectors, and the relative errors of their lengths.
 struct Pair {
   const StaticPose* pose = nullptr;
   Eigen::Vector3d up, field;
@@ -317,7 +317,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     up_errors.push_back(pair.up_error);
     field_errors.push_back(pair.field_error);
   }
-  // A reading without the length of the field does not have its direction either.
+  // A reading that differs from the field in length differs in direction, too.
   const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
   std::erase_if(pairs, [&](const Pair& pair) {
     return (pair.up_error > wild_up || pair.field_error > wild_field) &&
@@ -375,8 +375,8 @@ Result<FixtureFit> FitInGivenAttitudes(const PoseSet& poses, Triad triad, double
   return FitInFixture(ReadingsOf(poses, triad), attitudes, strength);
 }
 
-// A magnetometer alone in given attitudes: its matrix, and the field's dip and heading in their
-// frame.
+// A magnetometer alone in given attitudes: its matrix, and the field's dip and heading in the frame
+// of the attitudes.
 Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          StartValues* start) {
@@ -396,15 +396,15 @@ Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
   return {};
 }
 
-// Moves with little rotation about an axis may give it any gain. In a log that states its unit a
-// gain outside 1/kLargestSiGain to kLargestSiGain is implausible.
+// Moves with little rotation about an axis may give that axis any gain. In a log with a stated
+// unit, gains outside 1/kLargestSiGain to kLargestSiGain are implausible.
 bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
   if (unit.is_counts) return true;
   const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
   return (gains < kLargestSiGain).all() && (gains > 1.0 / kLargestSiGain).all();
 }
 
-// Turns with the direction of gravity or the field as the vector sensor shows it.
+// The turns between poses, with the direction of gravity or the field as `triad` measures it.
 std::vector<DirectionMove> DirectionMovesOf(const PoseSet& poses,
                                             Triad triad,
                                             const TriadModel<double>& model) {
@@ -454,7 +454,7 @@ Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
   return model;
 }
 
-// `vector`: the sensor that its turns are compared with; `vector_model` null: none.
+// `vector`: the sensor with which the turns are compared; `vector_model`: null if there is none.
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
                                           Triad vector,
@@ -496,7 +496,7 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   return model;
 }
 
-// Needs the model of the vector sensor, if any, that its turns are compared with.
+// Needs the start model of the sensor, if any, with which the gyroscope's turns are compared.
 Status AddGyroscope(const PoseSet& poses, const CalibrateOptions& options, StartValues* start) {
   if (!options.triads[Triad::kGyroscope].enabled) return {};
   const Triad vector =
@@ -592,7 +592,7 @@ std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& opti
       !gyroscope.mounting) {
     return std::nullopt;
   }
-  // S_g Q is along the stated axes for a rotation Q; with the other handedness there is none.
+  // S_g Q is along the stated axes for a rotation Q; if the handedness differs, there is no such Q.
   const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
   const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
   const bool is_turned = turn.determinant() > 0.0 && !turn.isIdentity(0.0);

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-// Error (not enough) when a triad has fewer poses than its wanted model has parameters.
+// Error (not enough): a triad has fewer poses than its wanted model needs.
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 
 // All distinct starts worth trying, best first: one, or several when the magnetometer's rotation
@@ -23,9 +23,9 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
                                                  const CalibrateOptions& options);
 
-// For a magnetometer without stated mounting, beside a gyroscope with one and no accelerometer: the
-// options with the magnetometer's axis map that brings the gyroscope of `start` to its stated axes.
-// Unset where that does not apply or the map is the identity.
+// If magnetometer and gyroscope are calibrated without accelerometer, and only the gyroscope has a
+// stated mounting: `options` with the axis map of the magnetometer that brings the gyroscope of
+// `start` to its stated axes. Unset in other cases, or if the map is the identity.
 std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& options,
                                                     const StartValues& start);
 

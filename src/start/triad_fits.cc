@@ -51,12 +51,13 @@ double RmsOf(const TriadModel<double>& model,
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
-  constexpr std::size_t kMost = 100;  // One fit for each is cheap up to here.
+  constexpr std::size_t kMost = 100;  // Number of readings up to which a fit without each is cheap.
   // Chosen: more outliers than three are left to the robust fit.
   constexpr int kMostSpoilers = 3;
   // Degrees of freedom that remain after a removal, for which the chance below holds.
   constexpr std::size_t kFewestDof = 4;
-  // With four degrees of freedom one of 20 readings lowers the RMS so much in 1 of 1e4 tables.
+  // Factor by which an outlier raises the RMS: with four degrees of freedom, one of 20 readings of
+  // normal noise does so in 1 of 1e4 data sets.
   constexpr double kSpoils = 6.0;
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < kMostSpoilers; ++round) {

@@ -16,13 +16,13 @@ namespace truetriad {
 TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
                            const Eigen::Matrix3d& sensitivity);
 
-// Fits an ellipsoid without up to three outliers that alone contaminate it, and again without
-// readings whose norm error exceeds 6 σ.
+// Fits an ellipsoid after removing up to three outliers, each of which alone spoils the fit, then
+// again without readings whose norm error exceeds 6 σ.
 Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius);
 
-// FitKnownField. Error (not enough): the fields lie in one plane.
+// FitKnownField (init/fixture_fit.h) with an error (not enough) if the fields lie in one plane.
 Result<TriadModel<double>> FitInKnownField(const std::vector<Eigen::Vector3d>& readings,
                                            const std::vector<Eigen::Vector3d>& fields);
 

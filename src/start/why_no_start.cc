@@ -19,7 +19,7 @@ namespace {
 // in a plane; evenly spread ones have a ratio near 1.
 constexpr double kThinShare = 0.2;
 
-// The axis nearest to the direction in which readings vary too little; unset where there is none.
+// The axis nearest to the direction in which readings vary too little; unset if there is none.
 std::optional<int> ThinAxis(const std::vector<Eigen::Vector3d>& readings) {
   if (readings.size() < 3) return std::nullopt;
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -37,7 +37,7 @@ std::optional<int> ThinAxis(const std::vector<Eigen::Vector3d>& readings) {
   return axis;
 }
 
-// The poses that make an axis observable.
+// The advice to add poses that make an axis observable.
 std::string PosesAlong(Triad triad, int axis) {
   return std::string("add poses with body ") + AxisLetter(axis) +
          (triad == Triad::kAccelerometer ? " up and down" : " along the field and against it");

@@ -26,13 +26,13 @@ namespace {
 
 // Chosen: a smaller range is refused, since its terms would hardly hold for any working range.
 constexpr double kLeastRangeDegc = 2.0;
-// Chance exceeds so many σ once in two million sweeps.
+// A difference from gravity beyond so many σ occurs by chance once in two million sweeps.
 constexpr double kHeldGravitySigmas = 5.0;
-// Share of gravity, 10 mg, beyond what ageing explains: the static calibration is another unit's.
+// Share of gravity (10 mg) that ageing does not explain: the static calibration is another unit's.
 constexpr double kOtherUnitShare = 0.01;
 // Temperatures that count as the same: a bias of 1 mg/degC differs by 0.5 mg between them.
 constexpr double kSameDegc = 0.5;
-// Chosen: the largest range of a recording at one temperature, 5 mg of bias at 1 mg/degC.
+// Chosen: the largest range that counts as one temperature: 5 mg of bias at 1 mg/degC.
 constexpr double kMostStaticRangeDegc = 5.0;
 
 // Copies the covariance of the static calibration's parameters, with cross terms between sensors.
@@ -103,7 +103,7 @@ double ResidualRms(const Calibration& calibration, Triad triad) {
   return (calibration.sensors[triad]->model.Correction() * raw.asDiagonal()).norm();
 }
 
-// Error: a limit on a quantity that the sweep holds fixed.
+// Error: there is a limit on a quantity that the sweep holds fixed.
 Status CheckLimits(const CalibrateOptions& options, Triad triad) {
   for (const auto& [name, limit] : options.limits.limits) {
     const auto parsed = ParseLimitName(name);
@@ -221,8 +221,8 @@ Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
       .With("reference", reference_degc, "degC");
 }
 
-// Takes reference values and frame from the static calibration, and its temperature as the one that
-// the terms are relative to. Error (bad input): a sweep cannot complete it.
+// Takes the reference values and the frame of the static calibration, and its temperature as the
+// reference of the temperature terms. Error (bad input): a sweep cannot complete it.
 Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* reference_degc) {
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
@@ -250,7 +250,7 @@ Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* r
   return {};
 }
 
-// The refusal where there are too few windows or too small a range to determine the terms.
+// The refusal if there are too few windows or too small a range to determine the terms.
 std::optional<Finding> TooLittle(const TriadSweep& swept, Triad triad) {
   const int most = ThermalOptions::kMaxBiasOrder + 3 + swept.problem().attitude_count();
   const int windows = swept.problem().size();

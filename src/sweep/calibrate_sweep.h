@@ -8,9 +8,9 @@
 
 namespace truetriad {
 
-// Calibrate for windows of a temperature sweep (`options.sweep`, PoseSet::sweep): the terms of the
-// bias in temperature and its rate, axis by axis. Errors as Calibrate, and a static calibration
-// that does not fit; `summary` already holds what the options state.
+// Calibrates from the windows of a temperature sweep (`options.sweep`, PoseSet::sweep): estimates
+// the terms of the bias in temperature and its rate, axis by axis. Errors: those of Calibrate, and
+// a static calibration that does not fit. `summary` already holds what the options state.
 Status CalibrateSweep(const PoseSet& poses,
                       const CalibrateOptions& options,
                       CalibrationSummary* summary);

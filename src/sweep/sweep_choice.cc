@@ -10,23 +10,23 @@
 namespace truetriad {
 namespace {
 
-// Share of a term's RMS that no other term explains: at 1/4 its σ is 4 times that of it alone.
+// Least share of a term's RMS that no other term explains: at 1/4 its σ is 4 times as large.
 constexpr double kFewestOfItsOwn = 0.25;
 // A nonexistent term enters by chance once in a hundred.
 constexpr double kEnterLevel = 0.01;
 // Above the level of entry, so that a term that has just entered does not leave at once.
 constexpr double kLeaveLevel = 0.05;
-// Shared by all orders tried: a stated order is called too low by chance once in 10,000 axes.
+// Divided among all orders tried: a stated order is called too low by chance once in 10,000 axes.
 constexpr double kHigherLevel = 1e-4;
 // Chosen: a lag, a knot or the highest power has to lower the held-out error by 5 %.
 constexpr double kFewerLags = 0.95;
-// Chosen: a lag of a larger share of the recording is drift.
+// Chosen: a lag longer than this share of the recording is drift.
 constexpr double kLongestLagShare = 0.25;
-// Chosen: 23 lags of the grid span a factor of 1000; RefineOne searches between them.
+// Chosen: ratio of neighbouring lags tried: 23 span a factor of 1000; RefineOne searches between.
 constexpr double kLagRatio = 1.35;
 // Chosen: with two lags the element's is sought up to this share of the recording.
 constexpr double kElementShare = 1.0 / 16.0;
-// Sweeps are compared with a cubic.
+// Order of the cubic with which sweeps are compared.
 constexpr int kPlainOrder = 3;
 
 // Which of the two lags the model has.
@@ -108,8 +108,8 @@ class Chooser {
     }
   }
 
-  // One knot after another, each where the sum of squares is least, as long as it lowers the
-  // held-out error.
+  // Places one knot after another where the sum of squares is least, as long as a new knot lowers
+  // the held-out error.
   void FindKnots() {
     ThermalOptions terms = allowed_;
     terms.bias_order = wanted_.bias_order_auto ? kPlainOrder : wanted_.bias_order;
@@ -125,7 +125,7 @@ class Chooser {
         terms.knots_degc = knots;
         return WeightedSquareAt(problem_, axis_, terms, {});
       };
-      // Steps of 1.5 % of the range.
+      // Steps of 1.5 % of the range of temperatures.
       constexpr int kPlaces = 60;
       constexpr double kInner = 0.92;  // of half the range: outer pieces need data
       double best = 0.0, least = std::numeric_limits<double>::infinity();
@@ -208,7 +208,7 @@ class Chooser {
     return best;
   }
 
-  // Golden section over the logarithm of one lag, a step of the grid to both sides.
+  // Golden section over the logarithm of one lag, one step of the grid to either side of it.
   void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
     if (!(lags->*which > 0.0)) return;
     // (sqrt(5) - 1) / 2.
@@ -271,8 +271,8 @@ class Chooser {
   }
 
   // The highest power was tested beside all allowed rate terms, without the noise of the
-  // thermometer. Where it is not significant beside the chosen ones, with that noise, it is removed
-  // unless it lowers the held-out error by 5 %.
+  // thermometer. If it is not significant beside the chosen rate terms, with that noise, it is
+  // removed unless it lowers the held-out error by 5 %.
   void LowerOrder(Candidate* chosen) {
     ThermalOptions& terms = chosen->terms;
     while (terms.bias_order > 1) {
@@ -303,7 +303,7 @@ class Chooser {
     }
   }
 
-  // Chooses the order beside all allowed rate terms: ascending, each against all higher ones.
+  // Chooses the order beside all allowed rate terms: ascending, each tested against higher ones.
   void ChooseOrder(Candidate* candidate) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
     int& order = candidate->terms.bias_order;
@@ -337,7 +337,7 @@ class Chooser {
       return std::vector<int>{problem_.rate_column(rate)};
     };
     for (int round = 0; round < 6; ++round) {
-      // Several at once too: of two rate terms each may have no effect alone.
+      // Several terms at once are tried, too: two rate terms may have an effect only together.
       std::optional<ThermalOptions> best;
       double least = HeldOut(terms, *candidate);
       std::string what;
@@ -420,7 +420,7 @@ class Chooser {
     step.terms = TermsText(terms);
     step.r2 = constants > 0.0 ? 1.0 - fit.weighted_square / constants : 0.0;
     step.adjusted_r2 = 1.0 - (1.0 - step.r2) * (n - problem_.attitude_count()) / (n - k);
-    // Correlated neighbours count as fewer.
+    // Correlated windows count as fewer independent ones.
     const double effective = EffectiveCount(n, fit.correlation);
     step.bic = effective * std::log(fit.weighted_square / n) + k * std::log(effective);
     step.held_out = HeldOut(terms, *candidate);

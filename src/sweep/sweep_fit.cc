@@ -20,8 +20,8 @@ namespace {
 constexpr double kMostCorrelation = 0.97;
 // Step of a lag's central difference, as a share of the lag: its error is of order 1e-6.
 constexpr double kLagStep = 1e-3;
-// Share of a variance above which temperature errors are subtracted from Omega; less changes a σ
-// by 1 %.
+// Temperature errors are subtracted from Omega if they are a larger share of a variance than this;
+// a smaller one changes a σ by 1 %.
 constexpr double kErrorsMatter = 0.02;
 // So many lags after an input a filter retains exp(-10) of it, one part in twenty thousand.
 constexpr double kForgotten = 10.0;
@@ -29,7 +29,7 @@ constexpr double kForgotten = 10.0;
 // of order 1e-8.
 constexpr double kSlopeStep = 1e-4;
 
-// Sums over all blocks but one, of the columns alone.
+// Normal equations of chosen columns, summed over all blocks but one.
 struct NormalEquations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
@@ -75,9 +75,9 @@ Eigen::MatrixX2d Slopes(const SweepProblem& problem, const SweepFit& fit) {
   return slopes;
 }
 
-// Passes on the errors of the fitted readings, to first order, by the thermometer's noise: for each
-// independent part of it, of 1 sigma, the error of each window. Temperature and rate go through the
-// lags of the fit. One error at a time, since all together may exceed the memory.
+// For each independent part of the thermometer's noise, of 1 sigma, passes the resulting errors of
+// all windows' fitted readings to `note`, to first order. Temperature and rate go through the lags
+// of the fit. One part at a time, since all together may exceed the memory.
 void ForEachTemperatureError(const SweepProblem& problem,
                              const SweepFit& fit,
                              const NoteError& note) {
@@ -92,7 +92,7 @@ void ForEachTemperatureError(const SweepProblem& problem,
   std::size_t begin = 0;
   int first_window = 0;
   for (std::size_t block = 0; block < blocks; ++block) {
-    // `first` never decreases.
+    // `noise.first` never decreases.
     while (begin < places && noise.first[begin] + noise.reach <= block) ++begin;
     if (begin == places) break;
     errors.setZero();
@@ -218,7 +218,7 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
       others -= omega(error - TimesVector(scaled, normal.SolveVector(right)));
     });
   }
-  // `others` includes the effect of the readings' own noise; the difference may come out smaller.
+  // The readings' own noise is part of `others`; the difference may come out smaller and is raised.
   const Cholesky root(TransposeTimes(ScaledRows(variances, weighted), weighted));
   if (matters && root.is_positive()) {
     const SymmetricEigen eigen =

@@ -16,7 +16,7 @@ struct SweepFit {
   SweepLags lags;
   std::vector<int> columns;
   Eigen::VectorXd coefficients;  // of the columns, then of the lags that are not zero
-  Eigen::MatrixXd covariance;    // likewise
+  Eigen::MatrixXd covariance;    // of `coefficients`
   Eigen::VectorXd residuals;
   double weighted_square = 0.0;  // sum of w r^2
   double correlation = 0.0;      // of neighbouring residuals
@@ -25,10 +25,10 @@ struct SweepFit {
 // The correlation of neighbouring residuals in the same attitude.
 double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes);
 
-// Number of independent readings that are worth `count` correlated ones.
+// Number of independent readings with as much information as `count` correlated ones.
 double EffectiveCount(double count, double correlation);
 
-// Sum of the products of the scores' rows, with those of neighbouring rows.
+// Long-run covariance of the scores: products of each row with itself and with neighbouring rows.
 Eigen::MatrixXd LongRunCovariance(const Eigen::MatrixXd& scores, double correlation);
 
 // Weighted least squares of columns.
@@ -40,7 +40,7 @@ ColumnFit FitColumns(const Eigen::MatrixXd& columns,
                      const Eigen::VectorXd& readings,
                      const Eigen::VectorXd& weights);
 
-// (X^T W X)^-1 Omega (X^T W X)^-1 of FitSweep; `count`: rows with a weight.
+// The covariance (X^T W X)^-1 Omega (X^T W X)^-1 of FitSweep; `count`: rows of non-zero weight.
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& weights,
                                    const Eigen::VectorXd& residuals,
@@ -50,14 +50,14 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
 using NoteError = std::function<void(const Eigen::VectorXd&)>;
 using ForEachError = std::function<void(const NoteError&)>;
 
-// The same where part of the residuals comes from errors of the columns with a known covariance:
-// `for_each_error` passes each independent error e_m, of 1 sigma. Their known effect replaces their
-// estimated part of Omega:
+// As above, if part of the residuals comes from errors of the columns with a known covariance:
+// `for_each_error` passes each independent error e_m, of 1 sigma. The known effect of these errors
+// replaces their estimated part of Omega:
 //
 //   Omega  -  sum_m Omega(W M e_m)  +  sum_m (X^T W e_m) (X^T W e_m)^T       M: residuals of a fit
 //
-// Some errors last so long that they look like the columns and hardly show in the residuals. The
-// first two terms together are at least what the readings' noise, `variances`, gives.
+// Errors that last so long that they look like the columns hardly show in the residuals. The first
+// two terms together are kept at least as large as the effect of the readings' noise, `variances`.
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& weights,
                                    const Eigen::VectorXd& residuals,
@@ -65,14 +65,14 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& variances,
                                    const ForEachError& for_each_error);
 
-// Weighted least squares with the covariance of its estimate from the residuals themselves: the
-// weights are not inverse variances, and neighbouring residuals are correlated.
+// Weighted least squares. The covariance of the estimate is taken from the residuals, since the
+// weights are not inverse variances and neighbouring residuals are correlated:
 //
 //   (X^T W X)^-1  Omega  (X^T W X)^-1     Omega: long-run covariance of w_i r_i x_i
 //
 // Omega is estimated from scores whitened to first order, with a Bartlett kernel, and recoloured
-// (Andrews and Monahan 1992). A lag's column is the derivative of the fit by it, so that the lag's
-// uncertainty is part of the terms' covariance.
+// (Andrews and Monahan 1992). The derivative of the fit by a lag is a further column, so that the
+// lag's uncertainty is part of the terms' covariance.
 //
 // `with_thermometer`: the covariance includes the noise of the thermometer.
 SweepFit FitSweep(const SweepProblem& problem,
@@ -81,33 +81,33 @@ SweepFit FitSweep(const SweepProblem& problem,
                   const SweepLags& lags,
                   bool with_thermometer = false);
 
-// Sum of w r^2 with these terms at any lags.
+// Sum of w r^2 of a least-squares fit with these terms and lags.
 double WeightedSquareAt(const SweepProblem& problem,
                         int axis,
                         const ThermalOptions& terms,
                         const SweepLags& lags);
 
-// The same from the blocks' sums alone; `but`: a fold left out, or -1.
+// WeightedSquareAt from the blocks' sums alone; `but`: the fold that is left out, or -1.
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       const std::vector<int>& columns,
                       int axis,
                       int but);
 
-// Sum of r^2 over a fold, predicted by the others. A constant that the others do not determine is
-// taken from the fold itself.
+// Sum of r^2 over a fold that is predicted by the others. If these do not determine a constant, it
+// is taken from the fold itself.
 double HeldOutSquare(const std::vector<SweepBlock>& blocks,
                      const std::vector<int>& columns,
                      int attitude_count,
                      int axis,
                      int fold);
 
-// RMS over all windows, each predicted by the blocks of time that it is not in, at given lags.
+// RMS of all windows' residuals, each from a fit without the window's fold, at given lags.
 double HeldOutRms(SweepProblem* problem,
                   int axis,
                   const ThermalOptions& terms,
                   const SweepLags& lags);
 
-// The p-value of the `tested` columns' joint effect: F by their covariance (Wald).
+// The p-value of the joint effect of the columns `tested`: Wald's F from their covariance.
 double WaldProbability(const SweepFit& fit, const std::vector<int>& tested);
 
 }  // namespace truetriad

@@ -15,7 +15,7 @@ namespace {
 
 // Half-width, as a share of the range, of the kernel that smooths the time at a temperature.
 constexpr double kKernelShare = 1.0 / 20.0;
-// 20 bins in a half-width of the kernel.
+// Bins of the range, 20 in a half-width of the kernel.
 constexpr int kBins = 400;
 // Least time at a temperature, as a share of the mean: it bounds the weight of a temperature that
 // the sweep hardly dwelt at.

@@ -22,8 +22,8 @@ struct SweepLags {
   auto operator<=>(const SweepLags&) const = default;
 };
 
-// Temperature and rate of an element after its lags, from those of the thermometer in order of
-// time. Linear in both (model/thermal.h).
+// Computes an element's temperature and rate after its lags from those of the thermometer, in order
+// of time. Both results are linear in both inputs (model/thermal.h).
 class SweepFilter {
  public:
   explicit SweepFilter(const SweepLags& lags)
@@ -37,7 +37,7 @@ class SweepFilter {
 // Sums over one block of time for all columns, from which any subset of them is fitted and tested.
 struct SweepBlock {
   Eigen::MatrixXd weighted, plain;                                       // X^T W X, X^T X
-  Eigen::Matrix<double, Eigen::Dynamic, 3> weighted_right, plain_right;  // a column per axis
+  Eigen::Matrix<double, Eigen::Dynamic, 3> weighted_right, plain_right;  // X^T W y, X^T y by axis
   Eigen::Vector3d weighted_square = Eigen::Vector3d::Zero();
   Eigen::Vector3d plain_square = Eigen::Vector3d::Zero();
 };
@@ -52,11 +52,11 @@ std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
 //
 //   y = c_attitude + sum_i a_i (T_i(v) - T_i(v_ref)) + rates          ThermalScale
 //
-// with every window weighted by its samples over the time that was spent at its temperature, so
-// that each temperature counts alike however long it lasted.
+// with every window weighted by its samples divided by the time spent at its temperature, so that
+// all temperatures count alike however long they lasted.
 //
-// Columns: the attitudes' constants (one for all of a gyroscope, whose bias is absolute), powers 1
-// to kMaxBiasOrder, rate terms, then two of each knot.
+// Columns: a constant for each attitude (one for all if a gyroscope, whose bias is absolute),
+// powers 1 to kMaxBiasOrder, rate terms, then two for each knot.
 class SweepProblem {
  public:
   // `poses` must outlive the problem; windows without the triad are skipped. `folds`: blocks
@@ -73,7 +73,7 @@ class SweepProblem {
   int rate_column(RateTerm rate) const {
     return attitude_count_ + ThermalOptions::kMaxBiasOrder + static_cast<int>(rate);
   }
-  // The kink or the curve of knot k: (v - v_k)+ or its square, less its value at v_ref.
+  // The column of knot k's kink, (v - v_k)+, or curve, its square; each less its value at v_ref.
   int knot_column(int knot, bool curve) const {
     return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
   }
@@ -82,7 +82,7 @@ class SweepProblem {
   void SetKnots(std::vector<double> knots_degc);
   const std::vector<int>& fold_begin() const { return fold_begin_; }
   int fold_count() const { return static_cast<int>(fold_begin_.size()) - 1; }
-  // One row per axis, less `origin`, so that sums of squares lose no digits to large offsets.
+  // Readings, a row per axis, less `origin`: sums of squares lose no digits to large offsets.
   const Eigen::Matrix3Xd& readings() const { return readings_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   const Eigen::Matrix3Xd& noise_variance() const { return noise_variance_; }
@@ -91,7 +91,7 @@ class SweepProblem {
   const StaticPose& window(int i) const {
     return poses_.poses[window_[static_cast<std::size_t>(i)]];
   }
-  // Places [first, last] of window i in the track.
+  // First and last place of window i in the temperature's track.
   std::pair<std::size_t, std::size_t> places(int i) const {
     const std::size_t k = window_[static_cast<std::size_t>(i)];
     return {poses_.sweep.first[k], poses_.sweep.last[k]};
@@ -104,11 +104,11 @@ class SweepProblem {
 
   // Temperature and rate of each window after the lags, a column each.
   Eigen::MatrixX2d States(const SweepLags& lags) const;
-  // Ambient temperature and its rate in window i; NaN where it was not read.
+  // Ambient temperature and its rate in window i; NaN if they were not read.
   Eigen::Vector2d AmbientOf(int i) const;
-  // All columns at these states.
+  // All columns at these temperatures and rates.
   Eigen::MatrixXd Columns(const Eigen::MatrixX2d& states) const;
-  // One block per fold; cached by the lags.
+  // The sums of each fold; kept for each pair of lags.
   const std::vector<SweepBlock>& Blocks(const SweepLags& lags);
 
   // Share of the RMS of a rate term's column that neither any function of temperature nor the
@@ -134,7 +134,7 @@ class SweepProblem {
   std::map<SweepLags, std::vector<SweepBlock>> blocks_;
 };
 
-// Columns of a set of terms.
+// The columns that `terms` use.
 std::vector<int> ColumnsOf(const SweepProblem& problem, const ThermalOptions& terms);
 
 }  // namespace truetriad

@@ -23,12 +23,12 @@ namespace truetriad {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Share of a term's RMS that the terms in the regression do not explain: its variance is 100 times
-// that of it alone.
+// Least share of a term's RMS that the terms in the regression do not explain: at 0.1 they make its
+// variance 100 times larger.
 constexpr double kShareOfItsOwn = 0.1;
-// Readings of attitudes that differ by less than this share of the largest are one reading.
+// Readings of attitudes count as one if they differ by less than this share of the largest.
 constexpr double kOtherReading = 0.05;
-// Far more than the 21 terms that there are at most.
+// Most steps: far more than the number of terms, which is at most 21.
 constexpr int kMostSteps = 60;
 // Relative rounding of sums of 1e4 products, 1e-16 each.
 constexpr double kRounding = 1e-12;
@@ -37,7 +37,7 @@ constexpr std::array<const char*, kRegressionFactors> kLetters = {"r", "tau", "T
 constexpr std::array<const char*, kRegressionFactors> kUnits = {
     "", "degC", "degC/s", "degC", "degC/s"};
 
-// The product of the factors of a term, by number; -1: none.
+// A term as the product of up to two factors, by number; -1: none.
 struct Product {
   int first = -1, second = -1;
 
@@ -49,7 +49,7 @@ struct Product {
     if (second == first) return name + "^2";
     return name + " " + kLetters[static_cast<std::size_t>(second)];
   }
-  // Of its coefficient, for a reading in `raw_unit`.
+  // The unit of the term's coefficient, for a reading in `raw_unit`.
   std::string Unit(const std::string& raw_unit) const {
     constexpr int kReading = static_cast<int>(RegressionFactor::kReading);
     const int readings = (first == kReading ? 1 : 0) + (second == kReading ? 1 : 0);
@@ -67,7 +67,7 @@ struct Product {
   }
 };
 
-// r r, r tau, …: the constant, the factors, then their products.
+// The constant, the factors, then their products: r r, r tau, …
 std::vector<Product> AllProducts(const ThermalOptions& wanted) {
   std::vector<int> factors;
   for (std::size_t f = 0; f < kRegressionFactors; ++f) {
@@ -84,7 +84,7 @@ std::vector<Product> AllProducts(const ThermalOptions& wanted) {
 // Partial test of one column beside others.
 struct PartialTest {
   double f = 0.0, p_value = 1.0;
-  double own_share = 0.0;  // of the column's size that the others do not explain
+  double own_share = 0.0;  // share of the column's size that the others do not explain
 };
 
 class Regression {
@@ -150,7 +150,7 @@ class Regression {
   }
 
  private:
-  // Sets the columns by the readings of the attitudes.
+  // Sets the columns for these levels, the readings of the attitudes.
   void SetLevels(const Eigen::VectorXd& levels, Eigen::MatrixXd* factors) {
     levels_ = levels;
     for (int i = 0; i < problem_.size(); ++i) {
@@ -210,8 +210,8 @@ class Regression {
     }
   }
 
-  // The residuals of all candidates together are noise. Those of a few also contain the missing
-  // terms, which would then keep each other out.
+  // The residuals of a fit with all candidates are the noise. Those of a fit with few terms also
+  // contain the missing terms, which would then keep each other out.
   void EstimateNoise(int axis) {
     const Eigen::MatrixXd all = With(candidates_);
     noise_ = FitColumns(all, reading_, weights_).residuals;
@@ -395,11 +395,11 @@ class Regression {
   std::vector<Product> products_;
   int windows_ = 0;
   Eigen::VectorXd weights_, root_, used_, reading_, scale_, levels_;
-  Eigen::MatrixXd constants_, columns_;  // standardised; zero where a factor is not known
-  Eigen::VectorXd noise_;                // of the windows
+  Eigen::MatrixXd constants_, columns_;  // standardised; zero if a window lacks a factor
+  Eigen::VectorXd noise_;                // residuals that serve as noise
   double correlation_ = 0.0, dof_ = 1.0, rounding_ = 0.0;
   std::vector<int> candidates_, chosen_;
-  std::vector<std::string> untold_;  // of each product, or empty
+  std::vector<std::string> untold_;  // why a product is no candidate, or empty
 };
 
 }  // namespace

@@ -29,7 +29,7 @@ ThermalBlock BlockOf(const ThermalOptions& terms) {
   return block;
 }
 
-// Columns of the knots of an axis.
+// Number of columns of the knots of an axis.
 Eigen::Index KnotColumns(const ThermalOptions& terms) {
   return static_cast<Eigen::Index>(terms.knots_degc.size()) * (terms.smooth_knots ? 1 : 2);
 }
@@ -62,8 +62,8 @@ TermsInTau InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   return terms;
 }
 
-// Widens the covariance of `fit` by the square of how far each of its terms in tau is from that of
-// `higher`, each term by itself. Returns the largest of these shifts in σ.
+// Widens the variance of each term in tau of `fit` by the square of its shift from `fit` to
+// `higher`, without correlations between terms. Returns the largest of these shifts in σ.
 double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, SweepFit* fit) {
   const int order = fit->terms.bias_order, more = higher.terms.bias_order - order;
   const TermsInTau without = InTau(problem, axis, *fit);
@@ -130,10 +130,10 @@ std::vector<NamedTerm> TermsOf(Triad triad,
   return terms;
 }
 
-// Heating minus cooling of `residuals` in the middle half of the temperatures that both passed; NaN
-// where either is missing.
+// Mean residual while heating minus that while cooling, in the middle half of the temperatures that
+// both passed; NaN if there are none.
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
-  // Each is 2.5 % of the range.
+  // Bins of 2.5 % of the range each.
   constexpr int kTemperatureBins = 40;
   constexpr double kMoving = 0.1;  // of the fastest rate; slower windows count as neither
   Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(kTemperatureBins, 2), count = sum;

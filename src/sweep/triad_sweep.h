@@ -32,7 +32,7 @@ class TriadSweep {
  private:
   void TakeTerms(int axis, TriadCalibration* sensor);
   void StateNoise(const Quality& quality, TriadCalibration* sensor) const;
-  // Lists bias, sensitivity, temperature terms and lags with their covariance, zero where held.
+  // Lists bias, sensitivity, temperature terms and lags with their covariance, zero if held fixed.
   void List(TriadCalibration* sensor, NamedCovariance* covariance) const;
 
   const CalibrateOptions& options_;
@@ -40,7 +40,7 @@ class TriadSweep {
   const PoseSet& poses_;
   SweepProblem problem_;
   std::vector<SweepChoice> choices_;
-  // Of each axis, by their names in the covariance.
+  // The terms of an axis, by their names in the covariance.
   struct ListedTerms {
     std::vector<std::string> names;
     Eigen::MatrixXd covariance;

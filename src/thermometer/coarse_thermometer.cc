@@ -15,9 +15,9 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector4d;  // Line, slope, settling of each lag.
+using State = Eigen::Vector4d;  // Value and slope of a line, settling of each lag.
 using Matrix = Eigen::Matrix4d;
-using Lags = std::array<double, 2>;  // Seconds; 0: none. The second is shorter.
+using Lags = std::array<double, 2>;  // Lags, s; 0: none. The second is the shorter one.
 
 // From `time_s` on, T = line + slope (t - time_s) + sum_i settling_i exp(-(t - time_s) / lag_i).
 struct Piece {
@@ -25,27 +25,27 @@ struct Piece {
   State state;
 };
 
-// Chosen: a step four times as long as the median one is a plateau of the temperature.
+// Chosen: a reading that lasts four times as long as the median one is on a plateau.
 constexpr double kLong = 4.0;
-// Chosen: changes at one place less than half a median step apart are one passage with noise.
+// Chosen: changes to and fro less than half a median step apart are one passage with noise.
 constexpr double kSamePassage = 0.5;
-// Chosen: 8 nodes, where the chamber's slope may change, in the time of a median step.
+// Chosen: 8 nodes, where the chamber's slope may change, in the mean duration of a step.
 constexpr double kNodesInStep = 8.0;
-// Chosen: at most so many nodes in all, as the time of a pass is proportional to their number.
+// Chosen: the most nodes in all, as the time of a pass is proportional to their number.
 constexpr double kMostNodes = 4096.0;
-// Chosen: a chamber program has fewer turns.
+// Chosen: a chamber program changes its slope less often.
 constexpr int kMostKinks = 40;
 // Chosen: rounds in which all kinks are placed again; they end earlier when no kink moves.
 constexpr int kKinkRounds = 4;
-// Chosen: the least variance of the walk's slope per node, in squares of the mean rate: 4096 nodes
-// change the slope by 64e-7 of it, so that only kinks change it noticeably.
+// Chosen: the least variance per node of the chamber's slope, a random walk, in squares of the mean
+// rate: over 4096 nodes the slope changes by 64e-7 of it, so only kinks change it noticeably.
 constexpr double kStiffest = 1e-14;
 // Chosen: lags are tried in steps of a factor 1.6 and refined afterwards.
 constexpr double kLagRatio = 1.6;
 // In nodes: the settling of a shorter lag falls by a factor e within two nodes, too fast to show.
 constexpr double kShortestLagNodes = 2.0;
-constexpr double kLongestLagShare = 0.1;               // Chosen: of the recording.
-constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: of the first.
+constexpr double kLongestLagShare = 0.1;               // Chosen: share of the recording.
+constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: shares of the first lag.
 // Chosen: refinement ends at steps of two per cent of a lag.
 constexpr double kFinestRatio = 1.02;
 
@@ -53,8 +53,8 @@ double Decay(double since_s, double lag_s) {
   return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
 }
 
-// End of the changes that are one passage of a place, repeated by noise. An odd number of them
-// leads to the next step; of an even number only the first is taken.
+// End of the changes that are one passage of a temperature, repeated by noise. An odd number of
+// them leads to the next step; of an even number only the first is taken.
 std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
                          std::size_t begin,
                          double usual_s) {
@@ -66,8 +66,8 @@ std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
   return (end - begin) % 2 == 1 ? end : begin + 1;
 }
 
-// Time of the passage: the alternating sum of the times of changes t0 - t1 + t2 - … is the time of
-// one change that leaves the temperature equally long on either side.
+// Time of the passage: the alternating sum t0 - t1 + t2 - … of the times of its changes is the time
+// of one change that leaves the temperature equally long on either side.
 double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
                      std::size_t begin,
                      std::size_t end) {
@@ -78,10 +78,10 @@ double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
   return sum;
 }
 
-// Filter and smoother of one pair of lags.
+// Kalman filter and smoother of the temperature for one pair of lags.
 class LaggedChamber {
  public:
-  // A node where the chamber's slope may change, or a place of the thermometer.
+  // A node where the chamber's slope may change, or a place of the thermometer (StepPlaces).
   struct Event {
     double time_s = 0.0;
     int place = -1;
@@ -115,11 +115,12 @@ class LaggedChamber {
       steps_.push_back({length_s, {Decay(length_s, lags[0]), Decay(length_s, lags[1])}});
       before_s = event.time_s;
     }
-    // The time of a change is uniform within one spacing, so its error has rate² spacing² / 12.
+    // A change's time is uniform within one spacing, so its error's variance is rate² spacing² /
+    // 12.
     least_variance_ = std::pow(rate_ * spacing_s, 2) / 12.0;
     variance_ = std::max(least_variance_, std::pow(0.01 * span_ / value.size(), 2));
     walk_ = 1e-6 * rate_ * rate_;
-    kink_ = 4.0 * rate_ * rate_;  // From up to down.
+    kink_ = 4.0 * rate_ * rate_;  // From a rise to a fall at that rate.
     is_kink_.assign(static_cast<std::size_t>(node_count_), false);
   }
 
@@ -186,7 +187,7 @@ class LaggedChamber {
   }
 
   // Removes each kink in turn and puts it where it is best beside the others, or drops it; then
-  // tries one more. Returns whether any changed.
+  // tries to add one. Returns whether any kink changed.
   bool Move() {
     bool has_moved = false;
     for (std::size_t k = 0; k < is_kink_.size(); ++k) {
@@ -215,8 +216,8 @@ class LaggedChamber {
     return walk_ + (is_kink_[static_cast<std::size_t>(node)] ? kink_ : 0.0);
   }
 
-  // Finds the walk's variance to a decade, and σ, with the kinks as they are. Leaves the smoothed
-  // states and scores of the best.
+  // Finds the walk's variance to a decade, and the places' σ, with the kinks as they are. Leaves
+  // the smoothed states and the scores of the best values.
   double Tune() {
     double likelihood = Pass();
     for (const double factor : {0.1, 10.0}) {
@@ -330,7 +331,7 @@ class LaggedChamber {
   Lags lags_;
   double span_ = 0.0, rate_ = 0.0;
   std::vector<Event> events_;
-  // From the event before to each event.
+  // The interval from the event before to each event.
   struct Step {
     double length_s;
     Eigen::Array2d decay;
@@ -341,7 +342,7 @@ class LaggedChamber {
   std::vector<bool> is_kink_;
   // Variances: of a place, of a step of the walk, and of a kink added to it.
   double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
-  // Of the last pass.
+  // Results of the last pass.
   std::vector<State> predicted_, states_, gain_;
   std::vector<Matrix> covariance_;
   std::vector<double> innovation_, innovation_variance_, score_, information_;
@@ -405,7 +406,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
                           const std::vector<double>& degc,
                           double step) {
   StepPlaces places;
-  // Steps need not be whole multiples in degC, as of a thermometer of whole kelvins.
+  // Readings need not be multiples of the step in degC, as of a thermometer of whole kelvins.
   double base = 0.0;
   for (std::size_t i = degc.size() - 1; i > 0; --i) {
     if (degc[i] == degc[i - 1]) base = degc[i];
@@ -441,7 +442,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     value /= static_cast<double>(count);
     const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
     for (int p = 0; p < points; ++p) {
-      // All points are of one reading: σ is that of one, times the root of their number.
+      // All points are of one reading: the σ of each is that of the reading times √number.
       places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points,
                  value,
                  in_step * std::sqrt(static_cast<double>(points)));

@@ -7,9 +7,9 @@
 
 namespace truetriad {
 
-/// Times at which a thermometer of coarse steps determines the temperature: where it goes from one
-/// step to the next the temperature is half way between, and `sigma_degc` is 0. Inside a step that
-/// lasts long the temperature is within the step, with `sigma_degc` from step / √12.
+/// Places are times at which a thermometer of coarse steps determines the temperature. When the
+/// reading goes from one step to the next, the temperature is half way between; `sigma_degc` is 0:
+/// unknown. Inside a step that lasts long it is within the step, with `sigma_degc` from step / √12.
 struct StepPlaces {
   std::vector<double> time_s, degc, sigma_degc;
   void Add(double time, double value, double sigma) {

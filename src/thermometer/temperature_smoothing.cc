@@ -26,9 +26,9 @@ constexpr double kCoarseShare = 1.0 / 400.0;
 constexpr double kRateNoiseShare = 0.01;
 // Chosen: the half-width is at most 1/20 of the recording; a wider one rounds off turning points.
 constexpr double kWidestShare = 1.0 / 20.0;
-// Chosen: with fewer changes of a coarse thermometer, or readings of a slow one, all are smoothed.
+// Chosen: with fewer changes of a coarse or readings of a slow thermometer, all cells are smoothed.
 constexpr std::size_t kFewestPlaces = 8;
-// With noise of 0.15 steps and more beside the rounding's variance of 1/12 the track has the noise
+// In steps: with this noise or more beside the rounding's variance of 1/12 the track has the noise
 // of local fits; with less, rounding is its only error and the track keeps its step.
 constexpr double kDithered = 0.15;
 // Tukey's biweight: residuals beyond 6 σ lose all weight; of normal errors 2 in 10^9 are as large.
@@ -77,8 +77,8 @@ struct LocalFit {
   std::vector<Eigen::Vector2d> weights;
 };
 
-// Fits a local parabola about `time`. It reaches `half_width` to both sides, further on one side
-// where the other is missing, and covers at least four readings. `first` advances with time.
+// Fits a local parabola about `time`. It reaches `half_width` to both sides, further on one side if
+// readings on the other are missing, and covers at least four. `first` advances with time.
 void FitAbout(
     const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
   const std::vector<double>& at = readings.time_s;
@@ -156,10 +156,10 @@ double NotTooWide(const Readings& readings, double half_width, double spacing_s)
   return best;
 }
 
-// Notes the effect of each block of readings on each place of a track.
+// Notes the effect of each block of readings on each point of a track.
 class NoiseBlocks {
  public:
-  // Blocks of a quarter of the half-width, and not too many of them.
+  // Blocks last a quarter of the half-width, or longer if they were too many otherwise.
   NoiseBlocks(const Readings& readings,
               double half_width,
               double sigma_degc,
@@ -200,7 +200,7 @@ class NoiseBlocks {
 
  private:
   TemperatureNoise& noise_;
-  std::vector<std::size_t> block_;  // Of each reading.
+  std::vector<std::size_t> block_;  // The block of each reading.
 };
 
 // The track of a coarse thermometer from the times of its changes; nothing where these are too few.

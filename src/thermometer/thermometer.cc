@@ -13,7 +13,7 @@ namespace {
 // to cell, and by more than 5 % of the range of the central 90 % of cells. A turning point lies
 // outside by three steps, half of the limit.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
-// degC: a smaller change is rounding of decimals, or of a conversion of units.
+// Least change of a reading, degC: a smaller one is rounding, of decimals or by a change of unit.
 constexpr double kLeastStep = 1e-6;
 
 }  // namespace
@@ -24,7 +24,7 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
     const double change = std::abs(degc[i] - last_degc_);
     if (!std::isnan(degc[i])) last_degc_ = degc[i];
     if (!(change > kLeastStep)) continue;
-    // Differences of whole steps are whole steps, so the second one also bounds the step.
+    // Differences of whole steps are whole steps, so that of two changes also bounds the step.
     for (const double step : {change, std::abs(change - last_change_degc_)}) {
       if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
     }
@@ -46,10 +46,10 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  // Five changes bound four intervals, few enough for a short sweep and enough to compare.
+  // Five intervals between changes: few enough for a short sweep, and enough to compare.
   constexpr std::int64_t kFewestChanges = 5;
-  // Readings count as repeated when at most 2 % of the intervals are shorter than the most frequent
-  // one, at least 60 % agree with it, and the mean change is two steps or more.
+  // Readings count as repeated if at most 2 % of the intervals are shorter than the most frequent
+  // interval, at least 60 % agree with it, and the mean change is two steps or more.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
   // A thermometer that changes more often than every third row is not repeated.
   constexpr double kRows = 3.0;
@@ -91,7 +91,7 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
   double from = time_s.front() - hold_s;
   for (std::size_t i = 0; i + 1 < degc.size(); ++i) {
     if (std::abs(degc[i + 1] - degc[i]) > kLeastStep) continue;
-    // Cells i and i + 1 are of one level.
+    // Cells i and i + 1 have the same reading, a level.
     if (has_level && std::abs(degc[i] - degc[level]) > kLeastStep) {
       // The mean of the cell with the change shows which share of it belongs to the level before.
       double time = time_s[level] + 0.5 * cell_s;

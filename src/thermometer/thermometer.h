@@ -19,7 +19,7 @@ class ThermometerWatch {
   /// Step of the readings, degC: the smallest change between two readings, or the smallest
   /// difference between two consecutive changes where that is less; 0: none yet.
   double step_degc() const { return step_degc_; }
-  /// How long each reading is repeated, where the thermometer is read at regular times and changes
+  /// How long each reading is repeated, s, if the thermometer is read at regular times and changes
   /// by two steps or more on average; 0: readings are not repeated.
   double hold_s() const;
 
@@ -35,14 +35,14 @@ class ThermometerWatch {
   std::array<std::int64_t, kChangeBins> gaps_{};
   std::array<double, kChangeBins> gap_sum_s_{};
   std::array<std::int64_t, kChangeBins> gap_rows_{};
-  std::int64_t rows_ = 0;  ///< Since the last change.
+  std::int64_t rows_ = 0;  ///< Rows since the last change.
   std::int64_t changes_ = 0;
   double change_sum_degc_ = 0.0;
 };
 
-/// Readings of a thermometer that is read every `hold_s` and repeated in between, each at the time
-/// it was taken, which is where the means of cells of time change. `time_s` increases in nearly
-/// equal steps.
+/// Readings of a thermometer that is read every `hold_s` and repeated in between, each with the
+/// time at which it was taken, which is where the means of cells of time change. `time_s` of the
+/// cells increases in nearly equal steps.
 struct TakenReadings {
   std::vector<double> time_s, degc;
 };
@@ -57,8 +57,8 @@ inline constexpr std::size_t kNeighbours = 5;
 /// Marks cells whose temperature is farther from their neighbours than a chamber can bring it.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
 
-/// Cells [first, second) that repeat the one before and end with a jump that no chamber makes from
-/// a cell to the next: the thermometer was stuck.
+/// Ranges [first, second) of cells that repeat the cell before and end with a jump that no chamber
+/// makes from a cell to the next: the thermometer was stuck.
 std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
     const std::vector<double>& time_s, const std::vector<double>& degc);
 

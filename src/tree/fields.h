@@ -24,11 +24,11 @@ namespace truetriad {
 // A visitor offers
 //
 //   visit(key, field, style)
-//     states a field that is always present; a std::optional only where it is set.
+//     states a field that is always present; a std::optional only if it is set.
 //   visit.If(stated, key, field, style)
 //     states a field only if `stated`; a reader accepts that it is missing.
 //   visit.OrNull(key, optional, style)
-//     states null where the optional is unset.
+//     states null if the optional is unset.
 //   visit.Group(key, style, fields)
 //     puts some of the fields into a map of their own: it calls fields(visit).
 //   visit.Named(stated, key, list)
@@ -49,9 +49,9 @@ concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 
 /// How a file shows a field. Scalars, vectors, matrices and lists of these are always in one line.
 enum class Style {
-  kUsual,   ///< A map by lines; a list of maps by one line each.
+  kUsual,   ///< A map with a line per field; a list of maps with a line per map.
   kFlow,    ///< A map in one line.
-  kBlocks,  ///< A list by lines, its maps too.
+  kBlocks,  ///< A list with a line per item, whose maps have a line per field.
 };
 
 /// Whether a list of T is written as rows: the fields of each without names, vectors flattened.

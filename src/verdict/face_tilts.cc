@@ -17,14 +17,14 @@ namespace {
 
 // Tilts beyond the stated ones are a warning below this level, and a note above it.
 constexpr double kShownLevel = 1e-4;
-// As fixtures are trusted: below this, so for one good one in twenty, a larger tilt is used.
+// With p below this level a larger tilt is used, so for one good fixture in twenty.
 constexpr double kTakenLevel = 0.05;
-// Least share of the prior's variance by which readings must reduce it to test a tilt.
+// A tilt is tested if readings reduce its prior variance by at least this share.
 constexpr double kToldShare = 0.01;
 // Probability that the larger tilt is still too small.
 constexpr double kTooSmallByChance = 0.1;
 
-// Covariance of a face's tilts, whose rows of the basis are given.
+// Covariance of faces' tilts. `rows`: those of the tilts in the basis.
 template <typename Rows>
 Eigen::MatrixXd CovarianceOf(const Rows& rows, const ReducedSystem& system) {
   return rows * system.covariance() * rows.transpose();

@@ -17,19 +17,19 @@ namespace truetriad {
 // t^T (s^2 I - P)^+ t ~ chi^2.
 struct TiltsSeen {
   double p_value = 1.0;
-  // A safe upper value: with it χ² would be as small by chance in one case of ten. Few lengths
-  // determine it, and TiltCurvature is quadratic in it.
+  // A safe upper value of σ: if it were true, χ² would be as small as it is in one case of ten. Few
+  // lengths determine it, and FaceCurvatures is quadratic in it.
   double sigma_deg = 0.0;
 };
 
 // The tilts if they are significantly larger than stated. Unset without faces, if readings do not
-// determine their tilts, and if `options` have them from here already: the rest is chance.
+// determine their tilts, and if `options` are already WithTilts: what remains is chance.
 std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph, const CalibrateOptions& options);
 
 // `options` with the found tilts.
 CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options);
 
-// The finding for it. `options`: as stated.
+// The finding about larger tilts. `options`: as stated, without them.
 Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options);
 
 }  // namespace truetriad

@@ -21,7 +21,7 @@
 namespace truetriad {
 namespace {
 
-// Temperatures at which terms are judged, every 5 % of the range with both ends.
+// Number of temperatures at which terms are judged: every 5 % of the range, with both ends.
 constexpr int kTemperatures = 21;
 
 // Bias x y z, then the rows of the sensitivity.
@@ -146,8 +146,8 @@ double OverRightAngle(const Eigen::Matrix3d& sensitivity, int i, int j) {
   return -std::asin(std::clamp(cosine, -1.0, 1.0));
 }
 
-// The functions of a sensor's entries for a quantity of its matrix and bias; gains and
-// misalignments are by sensing axis, whatever body axis it is mounted along.
+// The components of a quantity of a sensor's matrix and bias, as functions of its entries. Gains
+// and misalignments are by sensing axis, whatever body axis it is mounted along.
 std::vector<std::pair<std::string, OfEntries>> NumbersOf(const std::string_view quantity,
                                                          const Eigen::Matrix3d& axis_map,
                                                          double truth_per_raw) {

@@ -10,9 +10,9 @@
 
 namespace truetriad {
 
-// Judges the limits that are set, each by the worst of its numbers: the one whose value with k σ is
-// nearest to a limit or furthest beyond; with temperature terms over all temperatures of the
-// calibration. Error (usage): a quantity that this calibration lacks.
+// Judges each of `limits` by its worst value: the one that with k σ is nearest to the limit or
+// furthest beyond it, with temperature terms over all temperatures of the calibration. Error
+// (usage): a limit on a quantity that this calibration lacks.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
                                             const PoseSet& poses,
                                             const LimitOptions& limits);

@@ -14,26 +14,26 @@ namespace {
 constexpr double kLeastSigmas = 0.2;
 // Variance of k^3 of a noiseless step, since the rate varies within it.
 constexpr double kLeastVariance = 0.01;
-// σ that normal noise exceeds in one of 3.5 million runs.
+// Number of σ that normal noise exceeds in one of 3.5 million runs.
 constexpr double kSureSigmas = 5.0;
 // Steps on each side whose mean is subtracted from a step.
 constexpr std::size_t kBeside = 4;
-// Variance factor 1 + 1 / 4: of a step and of the mean of four beside it.
+// Largest variance factor of a step minus the mean of those beside it, which are at least four.
 constexpr double kWithBeside = 1.25;
-// A step over two consecutive lost rows.
+// Largest k, that of a step over two consecutive lost rows.
 constexpr double kMostBeyond = 2.0;
-// Noise beyond a step of lost rows is limited to this many σ, so that outliers do not dominate.
+// k is limited to kMostBeyond plus this many σ of its noise, so that outliers do not dominate.
 constexpr double kFarNoise = 4.0;
 // Fewer steps do not determine a share: one lost row would be 2 %.
 constexpr std::size_t kFewestSteps = 50;
 // Longest period that is tested: rarer lost rows are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;
-// σ of a phase of a period: 300 are tested, and normal noise exceeds it in 1e-8 of runs.
+// Number of σ for a phase of a period: 300 are tested; normal noise exceeds it in 1e-8 of runs.
 constexpr double kSurePhaseSigmas = 6.5;
-// Range of the mean of k at a period's lost rows: a whole step, at least minus the part that the
-// fitted gain contains. Moves that begin at regular times, and hum, have other values.
+// Range of the mean of k at the lost rows of a period: a whole step, minus at most the part that
+// the fitted gain absorbs. Moves that begin at regular times, and hum, have other values.
 constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
-// As a share of the steps of a turning body: more equal readings are repetitions.
+// With a larger share of equal readings among a turning body's steps, readings are repetitions.
 constexpr double kRepeatedShare = 0.05;
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace truetriad {
 
 struct ShareOfRows {
   double share = 0.0;   // lost rows as a share of all original rows
-  double chance = 1.0;  // probability of such a share without any
+  double chance = 1.0;  // probability of such a share if no rows are lost
 };
 
 // Counts rows that were lost from a log whose times were made regular afterwards. From one row to
@@ -38,12 +38,12 @@ class LostRowCounter {
 
   // Lost rows as a share of all original rows; 0 if not significant.
   double Share() const;
-  // The same for rows lost at random, significant or not.
+  // The share of rows that are lost at random, significant or not.
   ShareOfRows AtRandom() const;
 
  private:
   struct Step {
-    double more = 0.0;   // than the gyroscope's turn, as a share of it
+    double more = 0.0;   // turn beyond the gyroscope's, as a share of that
     double noise = 0.0;  // σ of `more`
     bool is_told = false;
   };
@@ -55,14 +55,14 @@ class LostRowCounter {
   struct Told {
     std::int64_t row = 0;   // index by its time
     double beyond = 0.0;    // k
-    double variance = 0.0;  // of its noise and that of its neighbours
+    double variance = 0.0;  // of the noise of k, with that of its neighbours
   };
-  // Too few steps determine nothing, nor does a sensor whose last reading is repeated as it is read
-  // less often than rows are written: it turns by nothing and then by several steps.
+  // False for too few steps, and for a sensor that is read less often than rows are written: its
+  // last reading is repeated, so that it seems to turn by nothing and then by several steps.
   bool CanTell() const;
 
   std::vector<Told> told_;
-  std::size_t turned_ = 0, repeated_ = 0;  // steps, and those with a repeated reading
+  std::size_t turned_ = 0, repeated_ = 0;  // number of steps, and of steps with a repeated reading
   std::int64_t spacing_ns_ = 0;
 };
 

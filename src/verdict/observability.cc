@@ -25,7 +25,7 @@ namespace {
 
 // Most parameters that a message names: chosen to keep it readable.
 constexpr int kMostNamed = 4;
-constexpr std::size_t kMostDirections = 6;  // the same for directions of a report
+constexpr std::size_t kMostDirections = 6;  // most directions that a report names
 // Smaller eigenvalues of the scaled information, as a share of the largest, are rounding errors.
 constexpr double kUndetermined = 1e-14;
 // Temperatures within this share of half their range are one setting of a chamber.
@@ -98,8 +98,8 @@ std::string SpokenDirection(const Eigen::Vector3d& direction) {
   return (parts.size() == 2 ? "halfway between " : "between ") + Listed(parts);
 }
 
-// A pose that could be added: its upward axis (for a magnetometer alone, that along the field), and
-// rows like those of an average pose.
+// A pose that could be added: its upward axis (for a magnetometer alone, the axis along the field),
+// and rows like those of a recorded pose.
 struct CandidatePose {
   Eigen::Vector3d up;
   PoseNode node;
@@ -111,7 +111,7 @@ bool HasThermal(const SharedLayout& layout) {
   });
 }
 
-// Temperatures of the poses, ascending; those of one chamber setting are one.
+// Temperatures of the poses, ascending; those of one chamber setting count as one.
 std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
   std::vector<double> all;
   for (const PoseNode& node : graph.nodes) all.push_back(node.temperature_degc);
@@ -126,7 +126,7 @@ std::vector<double> DistinctTemperatures(const PoseGraph& graph) {
 
 std::vector<CandidatePose> CandidatePoses(const PoseGraph& graph) {
   std::vector<CandidatePose> candidates;
-  // A typical pose has the triads of the pose with most of them, and mean variances.
+  // A typical pose has the triads and variances of the pose with the most triads.
   const PoseNode* fullest = &graph.nodes.front();
   for (const PoseNode& node : graph.nodes) {
     if (node.observations.size() > fullest->observations.size()) fullest = &node;
@@ -215,8 +215,8 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   return marginal;
 }
 
-// The axis whose asymmetry dominates a direction, which turns in one direction only do not separate
-// from the gain. -1: none.
+// The axis whose asymmetry dominates a direction of parameter space: turns of one sense only do not
+// separate it from the gain. -1: none.
 int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
   constexpr double kShare = 0.5;  // of the largest loading: it dominates the direction
   int axis = -1;

@@ -14,7 +14,7 @@ namespace truetriad {
 
 // The directions of parameter space that the poses do not determine, in words.
 struct Observability {
-  bool determined = true;                      // every direction below the limit
+  bool determined = true;                      // every direction has a σ below the limit
   std::vector<WeakDirection> weak_directions;  // worst first; some may be weak though determined
 };
 

@@ -18,7 +18,7 @@ constexpr double kRounding = 1e-12;
 // Index of entry `entry`, counted by rows, in a matrix stored by columns.
 int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
-// A 3x3 of the solution and the index of its entry (row, col) in the list: first + 3 row + col.
+// A 3x3 matrix of the solution; its entry (row, col) has index first + 3 row + col in the list.
 struct ListedMatrix {
   Eigen::Matrix3d* matrix;
   int first;
@@ -91,7 +91,7 @@ PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& fre
     solution.covariance.parameters.push_back(names[static_cast<std::size_t>(index)]);
     rows.push_back(row);
   };
-  // Entry `offset` of term i, of terms `stride` apart from `first`.
+  // Lists entry `offset` of term i; terms are `stride` entries apart, from `first` on.
   const auto list_term =
       [&](const Eigen::MatrixXd& listed_from_scaled, int i, int first, int stride, int offset) {
         Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(layout.basis.cols());

@@ -15,10 +15,10 @@ namespace truetriad {
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;  // at the reference temperature
   PerTriad<std::optional<ThermalTerms>> thermal;
-  // Each session's difference to the bias; empty if sessions share one bias.
+  // Each session's difference from the bias; empty if sessions share one bias.
   PerTriad<std::vector<Eigen::Vector3d>> session_bias;
   std::optional<Eigen::Matrix3d> g_sensitivity;  // of the gyroscope
-  NamedCovariance covariance;                    // singular where entries are fixed or tied
+  NamedCovariance covariance;                    // singular if entries are fixed or tied
   // Derivative of the listed entries by the graph's free coordinates; empty for a stored solution.
   Eigen::MatrixXd from_free;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // this frame = solved frame * rotation
@@ -41,8 +41,8 @@ int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 // cross terms. Entries that the gauge fixes or ties are exact. docs/method.md, "Gauge".
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
 
-// The same for the gauge of the options, in which the leading sensitivity has its form by its
-// sensing axes: S_lead transpose(M), M being the leading triad's mounting.
+// Transforms into the gauge of `options`, which gives the leading sensitivity its form by sensing
+// axes: S_lead transpose(M), with the leading triad's mounting M.
 void StateInGauge(const CalibrateOptions& options, PresentedSolution* solution);
 
 }  // namespace truetriad

@@ -106,8 +106,8 @@ void FillPoseQuality(const PoseGraph& graph,
 
 namespace {
 
-// The information without every n-th pose, beginning with each of the first n: for independent
-// poses the total minus that of these.
+// The information without every n-th pose, one for each of the first n poses to begin with: for
+// independent poses, the total minus the information of those left out.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
@@ -134,8 +134,8 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   return left;
 }
 
-// The same where turns couple the poses: a pose that is left out stays, with readings of negligible
-// weight, and no turn is integrated again.
+// The information without every n-th pose if turns couple poses: a pose that is left out stays,
+// with readings of negligible weight, and no turn is integrated again.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
   std::vector<SharedInformation> left;
   for (int fold = 0; fold < folds; ++fold) {

@@ -32,7 +32,8 @@ struct RootMeanSquare {
   }
 };
 
-// Per-pose residuals, their RMS before and after, coverage of directions.
+// States each pose's residuals, their RMS before and after the calibration, and the coverage of
+// directions.
 void FillPoseQuality(const PoseGraph& graph,
                      const PresentedSolution& solution,
                      const std::vector<DeletionTest>& tests,
@@ -57,9 +58,9 @@ struct HeldOutGroup {
 std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds);
 
 // RMS of held-out residuals in units of their noise: each group is left out in turn and compared
-// with the prediction by the rest of the graph, with weights and noise held. A pose without turns
-// to others gets its optimal attitude, so that only the parameters are tested. Unset without
-// groups, or if a rest would be undetermined.
+// with the prediction by the remaining graph, with weights and noise held. A pose without turns to
+// others gets its optimal attitude, so that only the parameters are tested. Unset without groups,
+// or if a remaining graph would be undetermined.
 std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
 }  // namespace truetriad

@@ -22,19 +22,19 @@
 namespace truetriad {
 namespace {
 
-// Significance level of settling turns.
+// Significance level of turns that extend into the rests.
 constexpr double kLevel = 1e-4;
-// A tenth of it for lost rows, since a hand's accelerations are no white noise in steps.
+// Level of lost rows, a tenth of kLevel: a hand's accelerations are no white noise in steps.
 constexpr double kLevelOfSteps = 1e-5;
-// Least shift by rounding that is reported, as a share of a parameter's σ: it widens that by 12 %.
+// Least shift by rounding that is reported, in σ of a parameter, which it widens by 12 %.
 constexpr double kRoundingSigmas = 0.5;
 
 // Fewer turns do not determine their mean's scatter.
 constexpr double kFewestTurns = 8.0;
-// More turns are rows of a table or of a motion.
+// A recording with more turns is a table or a motion.
 constexpr std::size_t kMostTurns = 1000;
 
-// Adds the intervals in which both sensors have readings at the same times.
+// Adds to `counter` the intervals in which both sensors have readings at the same times.
 void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowCounter* counter) {
   std::size_t r = 0, f = 0;
   while (r < rates.time_ns.size() && f < fields.time_ns.size()) {
@@ -109,7 +109,7 @@ class RecordingSearch {
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   RecordingFaults faults_;
-  bool is_coarse_ = false;  // the gyroscope's readings at rest are one converter step
+  bool is_coarse_ = false;  // the gyroscope rests on one converter step
 };
 
 void RecordingSearch::Widen(const Eigen::VectorXd& moved,

@@ -18,7 +18,7 @@ namespace truetriad {
 struct RecordingFaults {
   Findings findings;
   std::vector<LeftOutTest> tests;
-  Eigen::MatrixXd covariance;  // that these add to that of the free shared coordinates
+  Eigen::MatrixXd covariance;  // added to that of the free shared coordinates
 };
 
 // Tests for
@@ -28,9 +28,9 @@ struct RecordingFaults {
 //   lost rows (lost_rows.h); also every n-th one, which does not make turns scatter;
 //   turns that extend into the rests: the gyroscope's mean in the first quarter of a rest, minus
 //     that of its middle half, about the axis of the turn before, and in the last quarter about
-//     that of the next. All turns are too short by the mean angle of these, however large they are.
+//     that of the next. All turns are too short by the mean of these angles, whatever their size.
 //
-// Each changes the solution by some m and adds m m^T to its covariance. `sigma_raw`: of one
+// Each fault changes the solution by some m and adds m m^T to its covariance. `sigma_raw`: of one
 // reading.
 RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PerTriad<Eigen::Vector3d>& sigma_raw,

@@ -14,7 +14,8 @@
 namespace truetriad {
 namespace {
 
-// Coefficients of the powers, from the 0th on, about a temperature that is higher by `shift`.
+// Weights of the old coefficients, from c_0 on, in the new one of `power` about a temperature that
+// is higher by `shift`.
 std::vector<double> ShiftWeights(std::size_t power, std::size_t size, double shift) {
   // Weight of c_i in the new c_power.
   std::vector<double> weights(size, 0.0);
@@ -92,7 +93,7 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
     ThermalTerms& thermal = *sensor->thermal;
     const double shift = reference_degc - thermal.reference_degc;
     AddShift(*calibration, triad, shift, &jacobian);
-    // With knots: their pieces change by a constant only.
+    // The pieces of knots change by a constant only.
     const Eigen::Vector3d bias =
         ModelAtTemperature(sensor->model, thermal, reference_degc, 0.0).bias;
     ShiftPowers(shift, &sensor->model.bias, &thermal.bias);

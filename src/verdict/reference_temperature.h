@@ -11,7 +11,7 @@ namespace truetriad {
 //   sum_i c_i tau^i = sum_k t^k sum_{i >= k} (i over k) d^(i - k) c_i
 //   d' T' + f tau T' = (d' + f d) T' + f t T'
 //
-// Returns false, with no change, if a cross term has no linear one.
+// Returns false, with no change, if a sensor's cross rate term lacks the linear one.
 bool StateAbout(double reference_degc, Calibration* calibration);
 
 }  // namespace truetriad

@@ -12,15 +12,15 @@ namespace truetriad {
 
 // The last steps of every calibration, whether from rests, a motion or a sweep.
 
-// A sensor with its units only.
+// A sensor of which only the units are set.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses);
 
-// Gravity and field as used or estimated.
+// States gravity and field as they were used or estimated.
 void StateReference(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     ReferenceValues* stated);
 
-// Body axes along which the sensing axes point: as stated, else nearest to the sensitivity.
+// Body axes along which the sensing axes point: as stated, else as nearest to the sensitivity.
 Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
                            Triad triad,
                            const Eigen::Matrix3d& sensitivity);

@@ -27,8 +27,8 @@ std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
   return std::nullopt;
 }
 
-// Unset if a reading is rejected. The edge is integrated at `shared`. The earth's rotation during
-// the turn is subtracted at the attitude of the graph.
+// TurnError of `turn` along `edge`, with the parameters `shared`; unset if a reading is rejected.
+// The earth's rotation during the turn is subtracted at the attitude of the graph.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
@@ -47,8 +47,8 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
                                              const Eigen::Matrix3d& variance,
                                              const PoseGraph& graph,
                                              const ReducedSystem& system) {
-  // Shares of the observation's own information: below it nothing is left of it by the whole
-  // system, and above twice it the rest was absorbed by the parameters, not the attitudes.
+  // Share of the observation's own information below which the whole system leaves nothing of it.
+  // If more than twice as much is left beside the attitudes, the parameters absorbed it.
   constexpr double kNothing = 1e-6;
   const Eigen::Index row = system.factors()[at].row;
   const Eigen::Matrix3d root = CholeskyRoot(variance);

@@ -29,11 +29,11 @@ double TurnError(const Eigen::Quaterniond& turn,
 std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses);
 
 // Angles between gravity (without accelerometer: the field) measured at the next rest and predicted
-// by the turn, with several parameters; rad. Turns that are rejected, or begin or end in a pose
-// with a rejected reading, are left out, so that all lists are of the same turns.
+// by the turn, for several sets of parameters; rad. Turns that are rejected, or begin or end in a
+// pose with a rejected reading, are left out, so that all lists are of the same turns.
 struct TurnErrors {
   std::vector<double> in_sample;
-  // With parameters estimated without the turn. Empty if these would be undetermined.
+  // With parameters estimated without the turn. Empty if such parameters would be undetermined.
   std::vector<double> held_out;
   // With a nominal gyroscope; the vector sensor is the calibrated one. Empty for counts.
   std::vector<double> nominal;

@@ -14,9 +14,9 @@ namespace truetriad {
 // Effects in a recording that the model lacks; each adds to the solution's covariance.
 struct Unmodelled {
   FaultFindings faults;
-  std::vector<Triad> stated_bends;  // their widening comes first in `faults`
+  std::vector<Triad> stated_bends;  // sensors whose widening `faults` begins with
   DriftCovariance drift;
-  RecordingFaults of_recording;      // which no residual shows
+  RecordingFaults of_recording;      // faults that no residual shows
   std::vector<ClockOffset> clocks;   // beyond the corrected ones
   std::vector<double> clock_sigmas;  // the largest shift by each, in σ of a parameter
   Eigen::MatrixXd by_clocks;
@@ -32,7 +32,8 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
                            NoiseState* noise,
                            ReducedSystem* system);
 
-// All but faults, in a graph without them. `sigma_raw`: of one reading; `settings`: of the graph.
+// Finds all effects but faults, whose readings are corrected. `sigma_raw`: of one reading;
+// `settings`: of the graph.
 void FindBeyondFaults(const PoseSet& poses,
                       const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,

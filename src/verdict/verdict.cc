@@ -25,8 +25,8 @@
 namespace truetriad {
 namespace {
 
-// In this order: a change in the middle of the run may look like any other fault; along an
-// undetermined direction the optimiser does not converge.
+// Their order matters: a change in the middle of the run may look like any other fault, and along
+// an undetermined direction the optimiser does not converge.
 constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,

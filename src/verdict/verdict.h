@@ -12,8 +12,8 @@
 
 namespace truetriad {
 
-// Completes the report of the settled graph, with significant faults included: quality, the
-// verdict, and if it can be used the sensors with their covariance. Error (usage): a limit that
+// Completes the report of the settled graph, with significant faults included: its quality, the
+// verdict, and for a usable result the sensors with their covariance. Error (usage): a limit that
 // cannot be judged.
 Status StateVerdict(const SettledRun& settled, Calibration* calibration);
 

@@ -151,7 +151,8 @@ TEST_F(AccelerometerRecordings, TooFewDirectionsForNineParametersAreEnoughForSix
       Run("krepa-accelerometer", Table("krepa_accel_1"), "sensors.accelerometer.model=full");
   EXPECT_EQ(full.exit_code, 3) << full.text;
   ASSERT_FALSE(full.calibration.quality.weak_directions.empty());
-  // How much of scale x goes with it depends on where in the flat valley the optimiser gave up.
+  // How much of scale x goes with this misalignment depends on where in the flat valley the
+  // optimiser gave up.
   EXPECT_THAT(full.calibration.quality.weak_directions[0].description,
               HasSubstr("misalignment yx"));
 

@@ -24,7 +24,8 @@ double AngleDeg(const Outcomes& run) {
 }
 
 // The known answer was made without g-sensitivity, by predicting the direction of gravity. Here
-// that is found and corrected, which moves gains by half of what they differ from the maker's.
+// g-sensitivity is found and corrected, which moves gains by half of their difference from the
+// maker's.
 TEST_F(GyroscopeRecordings, XsensInRawCountsGivesTheKnownAnswerWithoutStartValues) {
   const Outcomes run = Run(
       "xsens-imu-tk-pair", Manifest("xsens-imu-tk-pair"), "sensors.gyroscope.g_sensitivity=false");
@@ -59,7 +60,7 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
   EXPECT_EQ(with.calibration.quality.poses, 38);
   EXPECT_TRUE(with.calibration.sensors[kGyro]->g_sensitivity.has_value());
   EXPECT_LT(AngleDeg(with), 0.12);
-  // Where nobody asked for it, it is found and corrected.
+  // If nobody asked for g-sensitivity, it is found as a fault and corrected.
   EXPECT_FALSE(without.calibration.sensors[kGyro]->g_sensitivity.has_value());
   const Finding* fault = Find(without.calibration.findings, FindingCode::kFault);
   ASSERT_NE(fault, nullptr);
@@ -72,7 +73,7 @@ TEST_F(GyroscopeRecordings, XsensFollowsGravityAndSaysSo) {
   EXPECT_LE(AngleDeg(without) / std::numbers::sqrt2, 0.36);
 }
 
-// Of all that could be there the unit has the g-sensitivity, by far, and nothing else.
+// Of all terms that are looked for the unit has g-sensitivity, by far, and nothing else.
 TEST_F(GyroscopeRecordings, XsensIsFoundToFollowGravity) {
   const Outcomes run = Run("xsens-imu-tk-pair",
                            Manifest("xsens-imu-tk-pair"),
@@ -107,13 +108,13 @@ void ExpectPredicted(const Outcomes& run, std::size_t at, double most_deg, doubl
 TEST_F(GyroscopeRecordings, FerrarisRestsAlonePredictTheTurns) {
   const Outcomes run = Run("ferraris-turns", Manifest("ferraris"), "turns.held_out=all");
   EXPECT_TRUE(run.calibration.quality.rests.rejected_poses.empty());
-  // Gravity hardly sees y: its σ alone is the measure.
+  // Gravity hardly shows the gain of y: only σ can judge the error of its turn.
   ExpectPredicted(run, 0, 1.5, 3.0);
   ExpectPredicted(run, 1, 180.0, 3.0);
   ExpectPredicted(run, 2, 1.5, 3.0);
 }
 
-// Without its own turn y rests on one move that goes about it on the way, as its σ says.
+// Without its own turn, the gain of y rests on one move that turns partly about y, as its σ says.
 TEST_F(GyroscopeRecordings, FerrarisTurnsPredictEachOther) {
   const std::array<std::string, 3> names = {"x_rot", "y_rot", "z_rot"};
   for (std::size_t i = 0; i < names.size(); ++i) {

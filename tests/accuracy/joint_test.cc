@@ -168,9 +168,9 @@ TEST_F(SapUnits, KeepTheAngleBetweenFieldAndGravityBetterThanTheReference) {
     const PoseSet poses = PosesOf(unit);
     const double spread = AngleSpreadDeg(PairsOf(poses, RunUnit(unit).calibration));
     const double stated = Reference(unit)["mag_to_acc"]["angle_std_after_deg"].as<double>();
-    // That the reference is read as it was meant, to the six digits of its readings.
+    // Checks that the reference is read as it was meant, to the six digits of its readings.
     EXPECT_NEAR(AngleSpreadDeg(ReferencePairs(unit, poses)), stated, 1e-4) << unit;
-    // Where something is corrected the raw readings no longer are the ones that fit best.
+    // If a fault is corrected, the raw readings are no longer those that fit best.
     const bool is_corrected =
         Find(RunUnit(unit).calibration.findings, FindingCode::kFault) != nullptr;
     EXPECT_TRUE(is_corrected || spread < stated) << unit << " " << spread;
@@ -241,7 +241,7 @@ TEST_F(JointRecordings, AMagnetometerTumbledWithoutRestsIsAlignedToItsAccelerome
   const std::string reference = File("a-ck-160pose-and-accmag-tumble/reference.json");
   const double field_ut = *run.calibration.reference.field_ut;
   const ReferenceFit fit = ReadReferenceFit(reference, {"acc_mag_log_mag"});
-  // Weighted with the accelerometer's angles too, so not the smallest norm residual: 1 %.
+  // The fit weighs angles to the accelerometer, too, so its norm residual is not the smallest: 1 %.
   EXPECT_LT(*run.calibration.quality.residual_rms[Triad::kMagnetometer] / field_ut,
             1.01 * fit.rms_after / fit.target_norm);
 

@@ -63,7 +63,7 @@ TEST_F(MagnetometerRecordings, AKnownFieldGivesAbsoluteGains) {
   ExpectAgreement("mag-lis2mdl", Manifest("mag-lis2mdl"), fit, 3612);
 }
 
-// Parts of one recording tell of one unit: by the σ that each states they agree.
+// χ² over its degrees of freedom of the difference of two calibrations, which are of one unit.
 double DifferenceOf(const Outcomes& a, const Outcomes& b) {
   EXPECT_EQ(a.exit_code, 0) << a.text;
   EXPECT_EQ(b.exit_code, 0) << b.text;
@@ -88,8 +88,8 @@ std::array<std::string, 2> PartsOf(const TemporaryFolder& work,
   return {work.Write("first.csv", text[0]), work.Write("second.csv", text[1])};
 }
 
-// χ² over its degrees of freedom: 1 by chance, up to 2 where what is left is no ellipsoid; it was 3
-// to 1600 with σ of white noise alone.
+// χ² over its degrees of freedom: 1 on average, up to 2 if the readings lie on no exact ellipsoid;
+// it was 3 to 1600 with σ of white noise alone.
 constexpr double kMostDifference = 2.0;
 
 TEST_F(MagnetometerRecordings, PartsOfATumbleAgree) {

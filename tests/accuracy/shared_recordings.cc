@@ -130,7 +130,7 @@ CorrectionEstimate CorrectionOf(const Calibration& calibration, Triad triad) {
   const CorrectionEstimate estimate = CorrectionOf(calibration, triad);
   Eigen::Matrix<double, 12, 1> expected;
   expected << fit.bias, (fit.matrix * (norm / fit.target_norm)).eval().reshaped();
-  // The reference corrects nothing: it is off by as much as that moves a parameter.
+  // The reference corrects no faults: it is off by as much as a correction moves a parameter.
   double corrected_sigmas = 0.0;
   for (const Finding& finding : calibration.findings) {
     if (finding.code != FindingCode::kFault) continue;

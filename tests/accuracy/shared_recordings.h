@@ -57,7 +57,7 @@ struct ReferenceFit {
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   double target_norm = 0.0;  ///< Norm that the fit aims at, its own unit.
-  double rms_after = 0.0;    ///< The same unit.
+  double rms_after = 0.0;    ///< In the unit of target_norm.
 };
 
 /// The fit at `keys` of a reference.json.

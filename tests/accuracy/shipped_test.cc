@@ -26,7 +26,7 @@ Calibration RunShipped(const std::string& experiment) {
   return calibration ? *calibration : Calibration{};
 }
 
-// Half a unit of the seventh decimal, in which the answers are given.
+// A little over half a unit of the seventh decimal, to which the answers are given.
 constexpr double kSevenDecimals = 0.6e-7;
 
 void ExpectNear(const Eigen::Vector3d& value, const Eigen::Vector3d& published) {
@@ -57,14 +57,14 @@ TEST(SixFace, FindsTheErrorMatrixFromTheReadingsAlone) {
   const Calibration calibration = RunShipped("six-face");
   ASSERT_TRUE(calibration.sensors[Triad::kAccelerometer]);
   const TriadCalibration& sensor = *calibration.sensors[Triad::kAccelerometer];
-  // The block's tilts are not known, and hide a little of gravity on average: here there were none.
+  // Unknown tilts of the block hide a little of gravity on average: here there were none.
   EXPECT_LT((sensor.model.bias - Eigen::Vector3d(0.1, 0.2, 0.3)).lpNorm<Eigen::Infinity>(),
             0.2 * sensor.bias_sigma.minCoeff());
   EXPECT_LT((sensor.Scale() - Eigen::Vector3d(1.0024, 1.25, 1.26)).lpNorm<Eigen::Infinity>(), 3e-4);
 }
 
-// The demo's truth is known: every parameter within 4 of its printed σ (41 of them: one in 380 runs
-// of such a draw would leave that).
+// The demo's truth is known: every parameter is within 4 of its printed σ (of 41 parameters, one in
+// 380 such draws would have one beyond that).
 TEST(Demo, CalibratesToTheTruthWithinItsSigma) {
   const Calibration calibration = RunShipped("joint");
   const YAML::Node truth = YAML::LoadFile(kSource + "/datasets/demo/truth.yaml");

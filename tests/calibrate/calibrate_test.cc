@@ -108,7 +108,7 @@ TEST(CalibrateAccelMag, RefusesWhereFewPosesWithBothSensorsHaveSeveralSolutions)
       const Calibration& calibration = summary->calibration;
       const std::string of = std::to_string(joint) + " poses, seed " + std::to_string(seed);
       if (calibration.IsUsable()) {
-        // Of some 24 degrees of freedom; another solution is off by a hundred σ.
+        // NEES of some 24 degrees of freedom; another solution is off by a hundred σ.
         const Eigen::VectorXd error = Errors(calibration, unit);
         int dimension = 0;
         EXPECT_LT(trials::Nees(error, calibration.covariance.matrix, &dimension), 100.0) << of;
@@ -124,8 +124,8 @@ TEST(CalibrateAccelMag, RefusesWhereFewPosesWithBothSensorsHaveSeveralSolutions)
   EXPECT_GE(told_of_four, 15);
 }
 
-// A dip within its σ of zero does not tell a magnetometer from its negative, nor a rival of one
-// hand from one of the other.
+// With a dip within its σ of zero, a magnetometer cannot be told from its negative, nor a rival
+// solution of one handedness from one of the other.
 TEST(CalibrateAccelMag, TakesTheMagnetometerToBeRightHandedNearTheEquator) {
   int usable = 0, told = 0;
   for (int seed = 0; seed < 60; ++seed) {
@@ -142,7 +142,7 @@ TEST(CalibrateAccelMag, TakesTheMagnetometerToBeRightHandedNearTheEquator) {
       told += Find(calibration.findings, FindingCode::kHandAssumed) != nullptr ? 1 : 0;
       const Eigen::Matrix3d& S = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
       const Eigen::Matrix3d& truth = unit.models[Triad::kMagnetometer]->sensitivity;
-      // A rival is turned by ten degrees or more.
+      // A rival solution is turned by ten degrees or more.
       EXPECT_LT((S - truth).norm(), 0.17 * truth.norm()) << joint << " poses, seed " << seed;
     }
   }
@@ -150,8 +150,8 @@ TEST(CalibrateAccelMag, TakesTheMagnetometerToBeRightHandedNearTheEquator) {
   EXPECT_GE(told, usable / 2);
 }
 
-// Neither does a dip that is known, with a σ or without: where it tells the side the likelier one
-// is taken, else the one with the hand that is stated.
+// Nor can it with a dip that is known, with a σ or without: if the dip shows the side of the
+// equator, the likelier side is taken, else the one with the stated handedness.
 TEST(CalibrateAccelMag, WeighsBothSidesOfTheEquatorAgainstAKnownDip) {
   int usable = 0, told = 0;
   for (int seed = 0; seed < 20; ++seed) {
@@ -187,7 +187,7 @@ TEST(CalibrateAccelMag, WeighsBothSidesOfTheEquatorAgainstAKnownDip) {
   EXPECT_GE(told, 5);
 }
 
-// Held to a wrong dip readings scatter as if something had changed; the cause is named.
+// Held to a wrong dip, readings scatter as if something had changed; the cause is named.
 TEST(CalibrateAccelMag, RefusesADipThatTheReadingsContradict) {
   for (int seed = 0; seed < 20; ++seed) {
     for (const double sigma_deg : {0.0, 0.1}) {
@@ -216,7 +216,7 @@ TEST(CalibrateAccelMag, RefusesADipThatTheReadingsContradict) {
   }
 }
 
-// σ follow the noise that is stated where no more is to be estimated.
+// σ follow the noise that is stated if no excess is to be estimated.
 TEST(CalibrateAccelMag, SaysThatTheNoiseIsStatedTooSmall) {
   int said = 0, said_of_true = 0;
   for (int seed = 0; seed < 30; ++seed) {
@@ -239,7 +239,7 @@ TEST(CalibrateAccelMag, SaysThatTheNoiseIsStatedTooSmall) {
       (times > 1.0 ? said : said_of_true) += is_said ? 1 : 0;
     }
   }
-  // Where the poses that were furthest off are left out, the others scatter by less than twice.
+  // If the poses furthest off are left out, the others scatter by less than twice the noise.
   EXPECT_GE(said, 20);
   EXPECT_EQ(said_of_true, 0);
 }
@@ -268,7 +268,7 @@ TEST(CalibrateAccelMag, LeavesOutAReadingOfImpossibleLength) {
   EXPECT_GE(usable, 56);
 }
 
-// A rival of either hand counts.
+// A rival solution of either handedness counts.
 TEST(CalibrateAccelMag, TakesNoRightHandedRivalForALeftHandedMagnetometer) {
   for (int seed = 0; seed < 100; ++seed) {
     Random random(static_cast<std::uint64_t>(seed));
@@ -379,7 +379,7 @@ TEST(CalibrateAccelMag, GaugesAreExactRotationsOfOneSolution) {
     const Calibration& calibration = summary->calibration;
     const Eigen::Matrix3d& Sa = calibration.sensors[Triad::kAccelerometer]->model.sensitivity;
     const Eigen::Matrix3d& Sm = calibration.sensors[Triad::kMagnetometer]->model.sensitivity;
-    // S_a S_a^T and S_a S_m^T are free of the frame.
+    // S_a S_a^T and S_a S_m^T do not depend on the frame.
     Eigen::VectorXd invariant(18);
     invariant << (Sa * Sa.transpose()).reshaped(), (Sa * Sm.transpose()).reshaped();
     invariants.push_back(invariant);
@@ -450,7 +450,7 @@ TEST(CalibrateAccel, SaysWhichAxisIsDeadAndWhichTwoAreOne) {
   EXPECT_THAT(of_twice.text, ::testing::HasSubstr("axes y and z"));
 }
 
-// A matrix that is not of the shape that was asked for is said, and nothing else is blamed for it.
+// A matrix that is not of the requested shape is reported, and nothing else is blamed for it.
 TEST(CalibrateAccel, WhatAModelHoldsIsLookedForFirst) {
   Random random(18);
   const SyntheticUnit unit = RandomUnit({}, &random);
@@ -492,7 +492,8 @@ TEST(CalibrateAccel, TakesReadingsOffByAThousandForAUnitMistake) {
   EXPECT_NE(Find(summary->calibration.findings, FindingCode::kWrongUnit), nullptr);
 }
 
-// A symmetric or diagonal magnetometer keeps its rotation; the start must not hand it one.
+// A symmetric or diagonal magnetometer has its rotation beside the matrix: the start must not put
+// one into it.
 TEST(CalibrateAccelMag, EstimatesSmallerMagnetometerModelsThroughPermutedAxes) {
   Random random(8);
   for (const MatrixModel model : {MatrixModel::kDiagonal, MatrixModel::kSymmetric}) {
@@ -543,7 +544,7 @@ TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   }
   const auto comparison = Compare(calibrations[0], calibrations[1]);
   ASSERT_TRUE(comparison) << comparison.error().message;
-  // Of 24 entries less the gauge; the dip is the place's.
+  // 24 entries less 3 of the gauge; the dip belongs to the place.
   EXPECT_EQ(comparison->dof, 21);
   EXPECT_GT(comparison->p_value, 1e-3);  // one seeded draw
   const auto itself = Compare(calibrations[0], calibrations[0]);
@@ -551,7 +552,7 @@ TEST(Compare, FindsTwoCalibrationsOfOneUnitEqualWhateverTheirGauge) {
   EXPECT_LT(itself->chi2, 1e-12);
 }
 
-// Gravity that is known to a σ differs from place to place within it, and all gains with it.
+// Gravity that is known with a σ may differ between places by as much, and all gains with it.
 TEST(Compare, FindsAUnitUnchangedWhereGravityIsAnother) {
   Random random(19);
   SyntheticUnit unit = RandomUnit({}, &random);
@@ -570,8 +571,8 @@ TEST(Compare, FindsAUnitUnchangedWhereGravityIsAnother) {
   EXPECT_GT(comparison->p_value, 0.01);
 }
 
-// The accelerometer leads one of them and the magnetometer the other: bias and C^T C of the
-// magnetometer, nine numbers, are what both say.
+// The accelerometer sets the frame of one calibration and the magnetometer that of the other: both
+// state bias and C^T C of the magnetometer, nine numbers.
 TEST(Compare, HoldsWhatNoFrameChangesAgainstEachOtherWhereDifferentSensorsLead) {
   constexpr int kRuns = 200;
   double chi2 = 0.0;
@@ -600,7 +601,7 @@ TEST(Compare, HoldsWhatNoFrameChangesAgainstEachOtherWhereDifferentSensorsLead) 
   EXPECT_NEAR(chi2, 1.0, 4.0 * std::sqrt(2.0 / (9.0 * kRuns)));
 }
 
-// With a strength by convention the gains are those for another field, and nothing else differs.
+// If the field strength is a convention, gains are for another field, and nothing else differs.
 TEST(Compare, TakesOutAFieldStrengthThatIsAConvention) {
   Random random(11);
   const SyntheticUnit unit = RandomUnit({}, &random);
@@ -634,8 +635,8 @@ TEST(Compare, NamesWhatBothHoldAndHoldOtherwise) {
               ::testing::Contains("accelerometer.sensitivity.yx (held in both, and different)"));
 }
 
-// Where one of them is a hundred times less certain, what is taken out of one is still what is
-// taken out of the other: of 21 degrees of freedom the scale is one.
+// Even if one calibration is a hundred times less certain, one and the same scale is taken out of
+// both: it is one of 21 degrees of freedom.
 TEST(Compare, TakesOneScaleOutOfACoarseAndAFineCalibration) {
   int differ = 0;
   for (int seed = 0; seed < 20; ++seed) {
@@ -656,11 +657,11 @@ TEST(Compare, TakesOneScaleOutOfACoarseAndAFineCalibration) {
     EXPECT_EQ(comparison->dof, 20);
     if (AgreementOf(*comparison) == Agreement::kDiffer) ++differ;
   }
-  EXPECT_LE(differ, 2);  // 0.2 by chance
+  EXPECT_LE(differ, 2);  // 0.2 are expected by chance
 }
 
 // Two places with fields of their own, neither known: what all gains have in common is no
-// difference, what one axis has is.
+// difference, but what one axis alone has is.
 TEST(Compare, LeavesTheCommonScaleOfUnknownFieldsOpen) {
   const auto calibrated = [](double field_ratio, double changed_gain, std::uint64_t seed) {
     Random random(11);

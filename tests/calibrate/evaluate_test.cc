@@ -31,7 +31,7 @@ TEST(Evaluate, PredictsTheErrorOnPosesThatWereNotSeen) {
   }
 }
 
-// Poses of a calibrated unit, and what an evaluation says of `count` others after `spoil`.
+// What an evaluation says of `count` fresh poses of a calibrated unit after `spoil`.
 template <typename Spoil>
 PredictionVerdict VerdictOn(std::uint64_t seed, int count, Spoil spoil) {
   Random random(seed);
@@ -48,7 +48,7 @@ PredictionVerdict VerdictOn(std::uint64_t seed, int count, Spoil spoil) {
   return VerdictOf(*evaluation);
 }
 
-// Few poses are off by more than 1.5 times what is predicted by chance.
+// By chance, few poses may be off by more than 1.5 times what is predicted.
 TEST(Evaluate, CallsGoodPosesAsPredictedHoweverFewTheyAre) {
   int worse = 0;
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
@@ -57,7 +57,7 @@ TEST(Evaluate, CallsGoodPosesAsPredictedHoweverFewTheyAre) {
       worse += verdict == PredictionVerdict::kWorse ? 1 : 0;
     }
   }
-  // Of 200 with three ratios each, one in a thousand by chance: 0.6 expected, 4 once in 300.
+  // 200 evaluations with three ratios, each at a level of 1e-3: 0.6 are expected, 4 once in 300.
   EXPECT_LE(worse, 4);
 }
 

@@ -50,7 +50,7 @@ TEST(CalibrateOnFaces, SolvesSixPositionsOnABlockAndStatesWhatItsTiltLeavesOpen)
   }
 }
 
-// What the start makes of misalignment has no place in a model without it, however attitudes are
+// A model without misalignment must not keep what the start makes of it, however attitudes are
 // known.
 TEST(CalibrateOnFaces, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
   Random random(17);
@@ -81,7 +81,7 @@ TEST(CalibrateOnFaces, ADiagonalModelHasNoMisalignmentInKnownAttitudes) {
   }
 }
 
-// On faces a cubic term is all but a gain: of what tilts show of it nothing is to be made.
+// On faces a cubic term is nearly a gain: what tilts show of the term must not be a finding.
 TEST(CalibrateOnFaces, ACubicTermOfWhichNothingShowsIsNotFound) {
   constexpr double kTiltRad = 0.3 * std::numbers::pi / 180.0, kSigma = 0.01;
   for (int seed = 0; seed < 100; ++seed) {
@@ -108,7 +108,7 @@ TEST(CalibrateOnFaces, ACubicTermOfWhichNothingShowsIsNotFound) {
   }
 }
 
-// Labels of which one is another than those of the other rests with that axis up.
+// One label differs from those of the other rests with the same face up.
 TEST(CalibrateOnFaces, NamesARestWithTheWrongFace) {
   constexpr std::array<const char*, 6> kFaces = {"+x", "-x", "+y", "-y", "+z", "-z"};
   Random random(20);
@@ -185,7 +185,7 @@ TEST(CalibrateOnFaces, TiltsBeyondWhatIsStatedWidenAndAreSaid) {
     }
     // At a level of 5 %: 2 expected, 7 in one of a thousand sets of 40.
     EXPECT_TRUE(times == 1.0 ? said <= 7 : said >= kUnits - 2) << said << " of " << times;
-    // A σ of six lengths; 38 of 40 were off before it was taken for one.
+    // The estimated σ of tilts is of six lengths; before that was allowed for, 38 of 40 were off.
     EXPECT_LE(off, times == 1.0 ? 1 : 3);
   }
 }

@@ -29,7 +29,7 @@ constexpr Triad kAccel = Triad::kAccelerometer;
 constexpr Triad kGyro = Triad::kGyroscope;
 constexpr Triad kMag = Triad::kMagnetometer;
 
-// `map`: how the magnetometer is mounted; the unit is stated in its frame.
+// `map`: how the magnetometer is mounted; the unit is stated in the magnetometer's frame.
 SyntheticUnit DrawFieldUnit(const Eigen::Matrix3d& map, Random* random) {
   SyntheticUnit unit = trials::RandomUnit({}, random);
   unit.models[kAccel].reset();
@@ -71,7 +71,7 @@ class MagnetometerMounted : public ::testing::TestWithParam<const char*> {
   Eigen::Matrix3d map() const { return *AxisMapFromName(GetParam()); }
 };
 
-// By the nominal noise that weighs readings without any.
+// Exact up to the nominal noise by which readings without noise are weighed.
 TEST_P(MagnetometerMounted, IsFoundExactlyWithTheGyroscope) {
   Random random(1);
   const SyntheticUnit unit = DrawFieldUnit(map(), &random);
@@ -129,7 +129,7 @@ TEST(FieldTurns, AreEvaluatedByTheField) {
   ASSERT_TRUE(evaluation->turns);
   EXPECT_EQ(evaluation->turns->against, kMag);
   EXPECT_EQ(evaluation->turns->count, 23);
-  // Of 23 turns the ratio of RMS to what is predicted scatters by 1 / sqrt(2 * 2 * 23) = 0.1: five.
+  // Of 23 turns RMS over prediction scatters by 1 / sqrt(2 * 2 * 23) = 0.1; the limit is five σ.
   EXPECT_NEAR(evaluation->turns->rms_rad / evaluation->turns->predicted_rms_rad, 1.0, 0.5);
 }
 
@@ -141,7 +141,7 @@ TEST(FieldTurns, RefuseDegreesLabelledRadians) {
     for (Eigen::Vector3d& raw : move.gyroscope_raw) raw *= 180.0 / M_PI;
   }
   for (StaticPose& pose : poses.poses) pose.triads[kGyro]->mean_raw *= 180.0 / M_PI;
-  // By how far the field is off the middle of its readings, which here are not those of a log.
+  // The finding needs the middle of the range of readings, here of those of the poses.
   for (StreamSummary& stream : poses.streams) {
     if (stream.triad != kMag) continue;
     stream.minimum_raw.setConstant(1e9);

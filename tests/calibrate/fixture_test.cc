@@ -132,7 +132,7 @@ TEST(FixtureRotation, LeavesTheErrorsThatAreStated) {
   EXPECT_LT(ChiSquareCdf(chi2, dof), 0.9995) << chi2 / dof;
 }
 
-// Of a triad alone no more than the fixture's frame can be told.
+// With one triad alone, only the fixture's frame can be found.
 TEST(FixtureRotation, IsRefusedWithoutTheAccelerometer) {
   CalibrateOptions options = OptionsFor(Unit());
   options.triads[kAccel].enabled = false;

@@ -31,7 +31,7 @@ constexpr Triad kGyro = Triad::kGyroscope;
 constexpr Triad kMag = Triad::kMagnetometer;
 constexpr double kRateHz = 100.0;
 
-// What a set and its unit have.
+// What a simulated unit and its recording have.
 struct Parts {
   bool g_sensitivity = false;
   bool magnetometer = false;
@@ -42,7 +42,7 @@ void PrintTo(const Parts& parts, std::ostream* out) {
        << (parts.magnetometer ? "AndMagnetometer" : "") << (parts.higher_terms ? "Bent" : "");
 }
 
-// A unit with a gyroscope in counts, axes permuted, that may follow gravity.
+// A unit with a gyroscope in counts, axes permuted, that may have g-sensitivity.
 Scenario GyroscopeScenario(const Parts& parts) {
   Scenario scenario = QuietScenario();
   if (!parts.magnetometer) scenario.sensors[kMag].reset();
@@ -107,8 +107,8 @@ class GyroscopeOf : public ::testing::TestWithParam<Parts> {
   Scenario scenario() const { return GyroscopeScenario(GetParam()); }
 };
 
-// Readings of mean rates: integrating them is exact for turns about a fixed axis, but for the
-// pull of the force, which is taken at the same times as the readings stand for.
+// Readings of mean rates: integrating them is exact for turns about a fixed axis, except for the
+// effect of specific force, which is taken at the times for which the readings stand.
 TEST_P(GyroscopeOf, IsFoundExactlyWithoutNoise) {
   const Scenario quiet = scenario();
   CalibrateOptions options = OptionsFor(quiet);
@@ -226,14 +226,14 @@ TEST(Gyroscope, NamesAnAsymmetryThatItsTurnsDoNotShow) {
                             weak.advice.find("both ways") != std::string::npos);
   }
   EXPECT_TRUE(is_named);
-  // Without it they do.
+  // Without the asymmetry the turns suffice.
   options.triads[kGyro].axis_terms[AxisTerm::kAsymmetry] = Wanted::kNo;
   const auto without = Calibrate(Collect(scenario), options);
   ASSERT_TRUE(without);
   EXPECT_TRUE(without->calibration.IsUsable()) << without->calibration.findings.back().Message();
 }
 
-// What is held of another unit would bend the poses after its turns.
+// A matrix that is held from another unit would turn the poses by wrong angles.
 TEST(Gyroscope, RefusesAMatrixThatIsHeldAndNotItsOwn) {
   Scenario scenario = GyroscopeScenario({false, true, false});
   scenario.sensors[kAccel]->noise.density.setConstant(0.003);
@@ -254,7 +254,7 @@ TEST(Gyroscope, RefusesAMatrixThatIsHeldAndNotItsOwn) {
     EXPECT_EQ(wrong->calibration.outcome, Outcome::kNotConverged) << factor;
     EXPECT_THAT(wrong->calibration.findings.back(), HasCode(FindingCode::kHeldGyroscope));
   }
-  // A few per cent are said.
+  // An error of a few per cent is reported.
   options.triads[kGyro].fixed_sensitivity = 1.03 * truth;
   const auto near = Calibrate(poses, options);
   ASSERT_TRUE(near);
@@ -303,13 +303,13 @@ TEST(Gyroscope, IsHeldOutTurnByTurnAsIfEachHadNotBeenRecorded) {
   }
 }
 
-// In the recording that it was made from; of another one all turns count.
+// Only in the recording that the calibration was made from; in another one all turns count.
 TEST(Gyroscope, IsNotEvaluatedOnATurnThatItsCalibrationLeftOut) {
   const Scenario scenario = NoisyGyroscopeScenario(5);
   CalibrateOptions options = OptionsFor(scenario);
   for (TriadOptions& triad : options.triads) triad.excess = ExcessNoise::kEstimate;
   PoseSet poses = Collect(scenario);
-  // A hundredth of a radian a second more.
+  // Adds a hundredth of a radian a second.
   for (Eigen::Vector3d& reading : poses.moves[3].gyroscope_raw) reading[1] += 50.0;
   const auto summary = Calibrate(poses, options);
   ASSERT_TRUE(summary) << summary.error().message;
@@ -344,7 +344,7 @@ TEST(Gyroscope, ThatStillTurnsWhereRestsBeginIsFound) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) EXPECT_TRUE(SaysUnsettled(0.3, seed)) << seed;
 }
 
-// At 1e-4: of 40 more than one has a probability of 1e-5.
+// The test is at a level of 1e-4: more than one of 40 has a probability of 1e-5.
 TEST(Gyroscope, ThatHasComeToRestIsNotSaidToTurn) {
   int said = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) said += SaysUnsettled(0.0, seed) ? 1 : 0;
@@ -423,7 +423,7 @@ TEST_P(ChoiceOfTheGyroscope, HasTheTermsThatTheUnitHas) {
   EXPECT_EQ(chosen.triads[kGyro].model, MatrixModel::kFull);
   EXPECT_EQ(chosen.triads[kAccel].model, MatrixModel::kFull);
   ASSERT_FALSE(summary->calibration.quality.rests.model_choice.empty());
-  // The same as if it had been asked for.
+  // The result is the same as if the chosen model had been asked for.
   const auto again = Calibrate(Collect(scenario), chosen);
   ASSERT_TRUE(again);
   EXPECT_EQ(again->calibration.sensors[kGyro]->model.sensitivity,
@@ -444,7 +444,7 @@ INSTANTIATE_TEST_SUITE_P(EachSet,
 constexpr double kLatitudeRad = 0.8;
 constexpr double kDeclinationRad = 0.1;
 
-// A nine-axis unit whose gyroscope feels the earth turn, and the options that count that.
+// A nine-axis unit whose gyroscope feels the earth turn, and options that allow for that.
 Scenario EarthScenario() {
   Scenario scenario = GyroscopeScenario({true, true, false});
   scenario.world.earth_rate = SimulatedWorld::EarthRate{kLatitudeRad, kDeclinationRad};
@@ -478,7 +478,7 @@ TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
   const TriadCalibration& found = *summary->calibration.sensors[kGyro];
   const Calibration truth = TruthOf(scenario, 0);
   const TriadCalibration& expected = *truth.sensors[kGyro];
-  // As without the earth's rate.
+  // The limits are those without the earth's rate.
   EXPECT_LT((found.model.sensitivity - expected.model.sensitivity).norm(), 1e-7 * 4700.0);
   EXPECT_LT(BiasError(*summary, scenario), 1e-6);
   EXPECT_LT((*found.g_sensitivity - *expected.g_sensitivity).norm(), 1e-6);
@@ -486,7 +486,7 @@ TEST(EarthRate, IsTakenOutExactlyWithoutNoise) {
   const double counted_chi2 = summary->calibration.quality.reduced_chi2;
   EXPECT_LT(counted_chi2, 1e-3);
 
-  // Left out, the turns contradict what the other sensors see: nothing of that is usable.
+  // If the earth's rate is left out, turns contradict the other sensors: nothing is usable.
   options.reference.earth_rate.reset();
   const auto ignored = Calibrate(poses, options);
   ASSERT_TRUE(ignored) << ignored.error().message;
@@ -516,8 +516,8 @@ TEST(ExcessNoise, OfAMagnetometerHasDegreesOfFreedomBesideThatOfTurns) {
   EXPECT_LT(dof, 3.0 * static_cast<double>(poses.poses.size()));
 }
 
-// Without a given dip, its sign is that of the hemisphere: the side that the earth's rate has to be
-// on.
+// Without a given dip, its sign is that of the hemisphere: the side on which the earth's rate has
+// to be.
 TEST(EarthRate, IsTakenOutExactlyInTheSouthernHemisphere) {
   Scenario scenario = EarthScenario();
   scenario.world.earth_rate->latitude_rad = -kLatitudeRad;

@@ -56,7 +56,7 @@ Scenario RateTable() {
   return scenario;
 }
 
-// The same turned by hand: once, and twice back, about each axis.
+// The same gyroscope turned by hand: once, and twice back, about each axis.
 Scenario HandTurns() {
   Scenario scenario = RateTable();
   scenario.motion.clear();
@@ -192,7 +192,7 @@ TEST(KnownRates, AboutOneAxisAreNotEnough) {
   EXPECT_THAT(summary->calibration.findings.back(), HasCode(FindingCode::kTurnAxesMissing));
 }
 
-// The gyroscope's log of a rate table with `change` made to each reading; what is collected of it.
+// What is collected from the gyroscope's log of a rate table, with `change` made to each reading.
 template <typename Change>
 Result<PoseSet> CollectChanged(const Scenario& scenario, const Change& change) {
   const Samples samples = SamplesOf(scenario, kGyro);
@@ -220,7 +220,7 @@ std::string RefusalOfTable(const Result<PoseSet>& poses) {
   return poses ? "" : poses.error().message;
 }
 
-// What is found of it against the truth, with the finding that something was left out.
+// Compares what is found from `poses` with the truth; a fault must be reported.
 Result<Comparison> WithALeftOutTerm(const Scenario& scenario, const Result<PoseSet>& poses) {
   if (!poses) return poses.error();
   CalibrateOptions options = OptionsFor(scenario);
@@ -230,8 +230,8 @@ Result<Comparison> WithALeftOutTerm(const Scenario& scenario, const Result<PoseS
   return Compare(TruthOf(scenario, 0), found);
 }
 
-// A low-pass of 0.8 s: the readings wander so much within a stretch that its ends alone do not
-// tell.
+// A low-pass of 0.8 s: the readings wander so much within a stretch that its ends alone do not show
+// it.
 TEST(KnownRates, ThatHaveNotSettledAreRefused) {
   std::optional<Eigen::Vector3d> low;
   const auto poses =
@@ -434,7 +434,7 @@ TEST(KnownTurns, AreWorthWhatTheOperatorKnows) {
   EXPECT_NEAR(share(1, 1), 0.02, 0.002);
 }
 
-// Rows that begin or end within a turn leave out a part of its angle, with the same sign in all.
+// Rows that begin or end within a turn leave out a part of its angle, always of one sign.
 TEST(KnownTurns, ThatTheirRowsCutAreLeftOut) {
   const Scenario scenario = HandTurns();
   const PoseSelection whole = SelectionOf(scenario);
@@ -460,7 +460,7 @@ TEST(KnownTurns, ThatTheirRowsCutAreLeftOut) {
                   HasSubstr("while the unit still turns"));
     }
   }
-  // The others go on without one.
+  // The other turns are used without the one whose rows are cut.
   PoseSelection selection = whole;
   selection.turns[1].at.rows.last -=
       (selection.turns[1].at.rows.last - selection.turns[1].at.rows.first) / 4;

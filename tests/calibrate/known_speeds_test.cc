@@ -109,7 +109,7 @@ TEST(KnownSpeeds, GiveTheGyroscopeExactlyWithoutNoise) {
     ASSERT_TRUE(summary) << summary.error().message;
     ASSERT_TRUE(summary->calibration.IsUsable());
     EXPECT_EQ(summary->calibration.gauge_sensor, kGyro);
-    // Of the gain: rounding, and weights by a nominal noise of 1e-7 of the signal.
+    // As a share of the gain: rounding, and weights by a nominal noise of 1e-7 of the signal.
     EXPECT_LT(ErrorsOf(summary->calibration, unit).norm(), 1e-6 * 900.0);
   }
 }
@@ -120,7 +120,7 @@ TEST(KnownSpeeds, GiveErrorsAsTheirCovarianceSays) {
   int dimension = 0;
   for (int trial = 0; trial < 100; ++trial) {
     const TriadModel<double> unit = DrawGyroscope(&random);
-    // Readings by 1e-4 of the signal, the table by as much.
+    // The noise of the readings and that of the table are 1e-4 of the signal each.
     const Table table{std::vector<double>(16, 2.0), 4, 0.2, 2e-4};
     const auto summary = Calibrate(Record(unit, table, &random), OptionsForSpeeds());
     ASSERT_TRUE(summary && summary->calibration.IsUsable());

@@ -40,7 +40,7 @@ double BeyondLine(AxisTerm term) {
 
 TEST(Nonlinearity, IsTheDistanceFromTheBestStraightLine) {
   for (const AxisTermInfo& info : kAxisTerms) {
-    // The line through so many points is that of all to a share of one over their number.
+    // The best line by so many points is the exact one up to a share of about 1 / kPoints.
     EXPECT_NEAR(info.beyond_line, BeyondLine(info.term), 3e-4) << info.name;
   }
   // 0.5 % of ± 2 g is 0.1 m/s^2, in counts of 1/800 m/s^2 78 of 15 690.
@@ -57,7 +57,7 @@ enum class Poses { kRandom, kSixFaces };
 struct Drawn {
   Poses poses = Poses::kRandom;
   double percent = 0.05;      // in truth
-  double stated_share = 1.0;  // of it
+  double stated_share = 1.0;  // of `percent`
   bool is_stated = true;
   ExcessNoise excess = ExcessNoise::kNone;
   bool has_gyroscope = false;
@@ -172,11 +172,11 @@ double NeesOff(const Drawn& setup, int runs, std::uint64_t seed) {
 
 TEST(Nonlinearity, ThatIsStatedMakesSigmaOfSixFacesHonest) {
   EXPECT_LT(std::abs(NeesOff({.poses = Poses::kSixFaces, .percent = 0.5}, 200, 1)), 4.0);
-  // What it were otherwise.
+  // Without the statement σ are too small.
   EXPECT_GT(NeesOff({.poses = Poses::kSixFaces, .percent = 0.5, .is_stated = false}, 50, 1), 4.0);
 }
 
-// From a fifth of the noise of a pose to four times it.
+// Bends from a fifth of the noise of a pose to four times the noise.
 TEST(Nonlinearity, ThatIsStatedMakesSigmaOfRandomPosesHonest) {
   for (const double percent : {0.01, 0.05, 0.2}) {
     EXPECT_LT(std::abs(NeesOff({.percent = percent}, 100, 2)), 4.0) << percent;
@@ -208,7 +208,7 @@ TEST(Nonlinearity, IsAFindingThatSaysByHowMuchItWidens) {
   const Eigen::ArrayXd before = silent.calibration.covariance.matrix.diagonal();
   const Eigen::ArrayXd after = stated.calibration.covariance.matrix.diagonal();
   const double most = (before > 0.0).select(after / before, 0.0).maxCoeff();
-  // Both have the curvature of the tilts, which the finding is not of.
+  // Both covariances have the curvature of the tilts, which the finding does not count.
   EXPECT_NEAR(*finding->Value("widening"), std::sqrt(most), 0.1 * std::sqrt(most));
 }
 

@@ -43,7 +43,7 @@ const ErrorOfTwo& Find(const SideBySide& both, std::string_view name) {
   return *found;
 }
 
-// What an import leaves of a calibration: no σ, no strength of the field, gravity as anywhere.
+// What an import leaves of a calibration: no σ, no strength of the field, standard gravity.
 Calibration Imported(Calibration calibration) {
   calibration.covariance.matrix.setZero();
   calibration.reference = {};
@@ -202,7 +202,7 @@ TEST(Compare, TakesCalibrationsOfReadingsInOtherUnits) {
   ASSERT_TRUE(in_si && in_g);
   const auto comparison = Compare(in_si->calibration, in_g->calibration);
   ASSERT_TRUE(comparison) << comparison.error().message;
-  // Of the same readings, up to where the solver stops.
+  // Both are of the same readings, and differ by where the solver stops.
   EXPECT_LT(comparison->largest_in_sigmas, 1e-3);
   EXPECT_GT(comparison->dof, 10);
 }

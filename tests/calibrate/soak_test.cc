@@ -35,7 +35,7 @@ ThermalOptions Terms(int bias_order, int matrix_order) {
   return terms;
 }
 
-// Everything open.
+// All terms are left open.
 ThermalOptions OpenTerms() {
   ThermalOptions terms = Terms(ThermalOptions::kMaxBiasOrder, ThermalOptions::kMaxMatrixOrder);
   terms.bias_order_auto = terms.matrix_order_auto = terms.matrix_auto = true;
@@ -89,7 +89,7 @@ TEST(SoakChoice, TakesTheLeastShapeOfTheMatrixThatExplainsIt) {
     Random random(13);
     Soak soak = MakeSoak(Terms(1, 1), 12, true, &random);
     for (const Triad triad : trials::kStaticTriads) {
-      // Along the entries of one an axis; 2 % at the ends of the range.
+      // One entry per axis, on the diagonal; 2 % at the ends of the range.
       const Eigen::Matrix3d& S = soak.unit.models[triad]->sensitivity;
       const Eigen::Vector3d gains = shape == ThermalMatrix::kScale
                                         ? Eigen::Vector3d(5e-4 * S.rowwise().norm())
@@ -163,8 +163,8 @@ TEST(SoakChoice, StaysBelowTheNumberOfTemperatures) {
 
 TEST(SoakChoice, NamesWhatItCouldNotWeigh) {
   Random random(16);
-  // One degree of freedom a pose: 25 poses less 9 + 3 * 4 + 6 * 3; ten
-  // are to be left.
+  // Each pose has one degree of freedom: 25 poses with 9 + 3 * 4 + 6 * 3 parameters do not leave
+  // ten.
   const Soak soak = MakeSoak(Terms(1, 0), 5, false, &random);
   const CalibrationSummary summary = Choose(soak, OpenTerms(), &random);
   EXPECT_THAT(summary.calibration.findings,
@@ -209,8 +209,8 @@ TEST(TemperatureSettings, ShowTheBiasAtEachTemperature) {
   }
 }
 
-// Where the terms are those of the unit the poses of one temperature scatter about them by no more
-// than their noise; where the order is too low they do not.
+// If the terms are those of the unit, the poses of one temperature scatter about them by no more
+// than their noise; if the order is too low, by more.
 TEST(TemperatureSettings, ShowAnOrderThatIsTooLow) {
   Random random(19);
   Soak soak = MakeSoak(Terms(3, 0), 12, false, &random);
@@ -231,7 +231,7 @@ TEST(TemperatureSettings, ShowAnOrderThatIsTooLow) {
           largest,
           (setting.bias_raw - fit).cwiseQuotient(setting.bias_sigma_raw).cwiseAbs().maxCoeff());
     }
-    // Fifteen of them, of which chance makes none as large in one of ten thousand.
+    // Fifteen numbers: by chance one is as large in less than one of ten thousand runs.
     if (order == 3) {
       EXPECT_LE(largest, 4.6);
     } else {

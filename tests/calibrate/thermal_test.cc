@@ -35,7 +35,7 @@ using trials::RandomMatrix;
 using trials::Soak;
 using trials::SoakErrors;
 
-// Told by a fixture that stands somehow in the field.
+// Attitudes are stated by a fixture whose heading in the field is unknown.
 void OnFixture(Soak* soak, PoseSet* poses) {
   soak->options.attitudes.kind = AttitudeKind::kGiven;
   soak->options.gauge = Gauge::kFixture;
@@ -89,14 +89,14 @@ TEST(CalibrateSoak, RecoversAnAccelerometerAloneExactlyWithoutNoise) {
 TEST(CalibrateSoak, RecoversFullMatrixTermsOnAFixture) {
   Random random(3);
   Soak soak = MakeSoak(CubicAndLinear(), 12, true, &random);
-  // Nothing is left to a gauge.
+  // In known attitudes no entry is left to a gauge.
   soak.thermal[Triad::kAccelerometer]->sensitivity[0] = 2e-4 * RandomMatrix(&random);
   PoseSet poses = ExactSoakPoses(soak);
   OnFixture(&soak, &poses);
   ExpectExact(soak, poses);
 }
 
-// A matrix over temperature that no term was asked for: seen, and allowed for.
+// A matrix that follows the temperature although no term was asked for: seen, and allowed for.
 TEST(CalibrateSoak, SaysThatTheMatrixFollowsTheTemperatureBeyondTheTerms) {
   Random random(5);
   ThermalOptions terms = CubicAndLinear();
@@ -217,7 +217,7 @@ TEST(CalibrateSoak, StatesItsRangeAndKeepsToItWhenEvaluated) {
   const auto seen = Evaluate(summary->calibration, poses);
   ASSERT_TRUE(seen) << seen.error().message;
   EXPECT_LT(*seen->norm_rms[Triad::kMagnetometer], 1e-6);
-  // Those at the upper end say that they were warmer still: the same, being held at the end.
+  // Poses at the upper end, stated as warmer still: the temperature is held at the end.
   for (StaticPose& pose : poses.poses) {
     if (*pose.temperature_degc == kSoakDegc.back()) *pose.temperature_degc += 30.0;
   }
@@ -371,7 +371,7 @@ TEST(StateAbout, SaysTheSameOfEveryTemperature) {
                 std::sqrt(weights.dot(about_25.covariance.matrix * weights)),
                 1e-9 * b.bias_sigma[0]);
   }
-  // And back.
+  // Stating it about 25 degC again gives the covariance back.
   ASSERT_TRUE(StateAbout(25.0, &about_40));
   EXPECT_TRUE(about_40.covariance.matrix.isApprox(about_25.covariance.matrix, 1e-9));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Few turns, and more between them than their readings' noise: hands, settling, a rate between two
+// Few turns, whose errors exceed their readings' noise: hands, settling, a rate between two
 // readings.
 
 #include <cmath>
@@ -91,15 +91,15 @@ struct SixFaceSession {
   std::vector<std::string> face_up;
 };
 
-// Every turn, stated ones too, comes out `kTurnSigmaRad` off about each axis, and so does what is
-// stated.
+// Every turn, stated ones too, comes out wrong by `kTurnSigmaRad` about each axis, and so does what
+// is stated.
 void Disturb(std::mt19937* random, PoseSet* poses) {
   std::normal_distribution<double> error_rad(0.0, kTurnSigmaRad);
   const auto error = [&]() -> Eigen::Vector3d {
     return {error_rad(*random), error_rad(*random), error_rad(*random)};
   };
   const auto disturb = [&](RecordedMove* move) {
-    // As it is set down, when it hardly turns any more.
+    // The error arises as the unit is set down, when it hardly turns any more.
     constexpr std::size_t kReadings = 10;
     ASSERT_FALSE(move->fault);
     const std::size_t count = move->time_ns.size();
@@ -118,7 +118,7 @@ void Disturb(std::mt19937* random, PoseSet* poses) {
 }
 
 // The excess is guessed from medians, and a few turns whose errors other unknowns share look better
-// than they are. With it too small, most of them look disturbed: they are not, the guess was off.
+// than they are. With too small a guess most of them look disturbed, but only the guess was off.
 TEST(UnsteadyTurns, AreNoisyAndNotDisturbedWhereFewTellTheNoise) {
   const SixFaceSession session;
   const PoseSet poses = session.Collect();

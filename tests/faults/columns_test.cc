@@ -21,7 +21,7 @@ SettledModel NineAxes() {
   return trials::Settled(trials::MakeFaultTrial({.poses = 10}, &random));
 }
 
-// The rows of one column that stand at `row`, of all stretches.
+// The rows of a column at `row`, summed over all stretches.
 MatrixXd RowsAt(const std::vector<FaultColumn>& columns, Eigen::Index row) {
   MatrixXd sum = MatrixXd::Zero(3, columns.front().unknowns);
   for (const FaultColumn& column : columns) {
@@ -85,7 +85,7 @@ const TurnCase kTurnCases[] = {
      }},
 };
 
-// Readings that are off by ε e move the turn's rows by -ε Z h: integrated again, they do.
+// Readings that are off by ε e move the turn's rows by -ε Z h, as integrating them again shows.
 TEST(FaultColumns, OfTurnsAreWhatIntegratingAgainShows) {
   const SettledModel settled = NineAxes();
   const PoseGraph& graph = settled.graph;
@@ -143,7 +143,7 @@ TEST(FaultColumns, OfTurnsAreWhatIntegratingAgainShows) {
         };
         expected.col(j) = -(moved(kSmall) - moved(-kSmall)) / (2.0 * kSmall);
       }
-      // By trapezoids, of 250 steps a turn.
+      // The integral is by trapezoids, with 250 steps a turn.
       EXPECT_LT((found - expected).norm(), 2e-3 * expected.norm()) << found << "\n\n" << expected;
     }
   }
@@ -179,7 +179,7 @@ TEST(FaultColumns, OfPosesAreDifferencesOfWhatIsPredicted) {
   }
 }
 
-// Of poses that do not move none has play; the next solution may move some again.
+// Poses that all stand alike show no play; the next solution may move some again.
 TEST(FaultColumns, WithoutBlocksShowNothing) {
   Random random(3);
   auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);

@@ -30,7 +30,7 @@ struct FaultTrial {
 struct TrialPlan {
   int poses = 24;
   bool has_gyroscope = true;
-  double scatter = 0.0;  // pose to pose, in noise at rest
+  double scatter = 0.0;  // from pose to pose, in units of the noise at rest
   bool is_exact = false;
   bool states_covariances = true;
   bool has_faces = false;  // four rests on each face of a block, the accelerometer alone
@@ -38,14 +38,14 @@ struct TrialPlan {
   bool has_faces_alone = false;         // each up in turn, by hand, with any heading
 };
 
-// The accelerometer alone, in attitudes that are still to be stated.
+// Leaves the accelerometer alone, and no attitudes: they are to be set.
 inline void MeasureNoField(FaultTrial* trial) {
   trial->options.triads[Triad::kMagnetometer].enabled = false;
   trial->unit.models[Triad::kMagnetometer].reset();
   trial->attitudes.clear();
 }
 
-// Faces off by tilts of as much as is stated, rests by their seats.
+// Adds four rests on each face: faces are off by tilts of the stated σ, rests by that of the seat.
 inline void SitOnFaces(FaultTrial* trial, Random* random) {
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   AttitudeOptions& block = trial->options.attitudes;
@@ -75,7 +75,7 @@ inline void StandOnACube(FaultTrial* trial) {
   }
 }
 
-// Some degree off, as hands are.
+// Puts the faces up in turn, about a degree off, as a hand does.
 inline void SetDownOnFaces(FaultTrial* trial, Random* random) {
   constexpr double kHandRad = 0.02;
   for (std::size_t k = 0; k < trial->attitudes.size(); ++k) {
@@ -131,7 +131,7 @@ inline FaultTrial MakeFaultTrial(const TrialPlan& plan, Random* random) {
   return trial;
 }
 
-// What the conductor hands over.
+// The settled model of a trial, which the calibration hands to the search for faults.
 inline SettledModel Settled(const FaultTrial& trial) {
   SettledModel settled;
   const auto summary = CalibrateSettled(trial.poses, trial.options, &settled);
@@ -139,14 +139,14 @@ inline SettledModel Settled(const FaultTrial& trial) {
   return settled;
 }
 
-// As StateVerdict prints it.
+// The covariance as StateVerdict prints it.
 inline Eigen::MatrixXd CovarianceOf(const SettledModel& settled, const FaultFindings& found) {
   const ReducedSystem system(settled.graph);
   const JointTest joint = KenwardRogerTest(settled.noise.estimate, system);
   return AdjustedCovariance(settled.noise.estimate, system) / joint.scale + found.beyond;
 }
 
-// Where a graph stands less the truth, in free coordinates.
+// The parameters of a graph minus the truth, in free coordinates.
 inline Eigen::VectorXd ErrorOf(const PoseGraph& graph, const SyntheticUnit& unit) {
   Eigen::VectorXd truth = graph.shared;
   for (const Triad triad : kTriads) {
@@ -158,7 +158,7 @@ inline Eigen::VectorXd ErrorOf(const PoseGraph& graph, const SyntheticUnit& unit
   return graph.layout.basis.transpose() * (graph.shared - truth);
 }
 
-// Of the sensors alone: what else is free has no truth here (tilts of faces).
+// NEES of the sensors' parameters alone: other free ones (tilts of faces) have no truth here.
 inline double SensorNees(const PoseGraph& graph,
                          const SyntheticUnit& unit,
                          const Eigen::MatrixXd& covariance,

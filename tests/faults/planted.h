@@ -18,7 +18,7 @@ struct Planted {
 
 inline const Eigen::Vector3d kSome(0.8, -1.0, 0.6);
 
-// Of pose k, from -1 to 1 over the run.
+// The time of pose k, from -1 to 1 over the run.
 inline double TauOf(const FaultTrial& trial, std::size_t k) {
   return 2.0 * static_cast<double>(k) / static_cast<double>(trial.attitudes.size() - 1) - 1.0;
 }

@@ -24,14 +24,14 @@ std::string NameOf(const FaultPlace& place) {
   return std::string(TriadName(place.triad)) + " " + std::string(place.kind->name);
 }
 
-// What was found, for people.
+// The faults that were found, as text for messages.
 std::string ListOf(const FaultFindings& found) {
   std::string list;
   for (const TakenFault& fault : found.faults) list += WordsOf(fault, {}).Statement() + "\n";
   return list;
 }
 
-// Named, or one of those that explain it nearly as well.
+// Whether a fault is the one named, or one of those that explain it nearly as well.
 bool Has(const FaultFindings& found, std::string_view name, Triad triad) {
   const auto is_it = [&](const FaultPlace& place) {
     return place.kind->name == name && place.triad == triad;
@@ -94,8 +94,8 @@ void PrintTo(const CleanRegime& regime, std::ostream* out) { *out << regime.name
 
 class FindFaultsOfClean : public testing::TestWithParam<CleanRegime> {};
 
-// A budget of 1 %: of 300 at most 4 (1.5 %) at night, which 3 are the mean of; of fewer as many as
-// chance gives in one of a thousand samples, at 1 % each.
+// False findings have a budget of 1 %: of 300 runs at night 3 are the mean. As many are allowed as
+// chance exceeds in one of a thousand samples at 1 % each.
 TEST_P(FindFaultsOfClean, FindsNothingAndKeepsSigmaHonest) {
   const CleanRegime& regime = GetParam();
   const int runs = IsNightly() ? 300 : regime.everyday;
@@ -109,8 +109,8 @@ TEST_P(FindFaultsOfClean, FindsNothingAndKeepsSigmaHonest) {
   RecordProperty("findings", outcome.with_findings);
   RecordProperty("nees", std::to_string(outcome.PerDimension()));
   EXPECT_LE(outcome.with_findings, allowed);
-  // Of a χ² with as many degrees of freedom as all runs have: 4 σ. Below it where variances stand
-  // at zero and are counted as uncertain all the same.
+  // The limit is 4 σ of a χ² with the degrees of freedom of all runs. NEES are lower if variances
+  // are at zero and count as uncertain all the same.
   EXPECT_LT(outcome.PerDimension(), 1.0 + 4.0 * std::sqrt(2.0 / outcome.dimensions) + 0.03);
   EXPECT_GT(outcome.PerDimension(), 0.8);
   std::printf("@fault_findings | %s | %d of %d | %.2f |\n",
@@ -140,7 +140,7 @@ void PrintTo(const Planted& planted, std::ostream* out) { *out << planted.name; 
 }  // namespace trials
 namespace search_test {
 
-// Found by its name, corrected so that σ are honest, and hardly ever a parameter off by 5 of them.
+// The fault is found by name and corrected so that σ are honest; parameters off by 5 σ are rare.
 TEST_P(FindFaultsPlanted, IsFoundAndCorrected) {
   const trials::Planted& planted = GetParam();
   const int runs = IsNightly() ? 40 : 3;
@@ -166,9 +166,9 @@ TEST_P(FindFaultsPlanted, IsFoundAndCorrected) {
     dimensions += dimension;
   }
   EXPECT_GE(right, runs - 1 - runs / 8);
-  // 1.6 % in the trial that the room was written from.
+  // It was 1.6 % in the trial from which this limit was set.
   EXPECT_LE(wrong, runs / 20) << list;
-  // Four σ of χ² above one, and 10 % for what is linear to second order alone.
+  // Four σ of χ² above one, and 10 % for corrections that are linear only to second order.
   EXPECT_LT(nees / dimensions, 1.1 + 4.0 * std::sqrt(2.0 / dimensions));
   std::printf("@fault_power | %s %s | %d of %d | %d | %.2f |\n",
               std::string(TriadName(planted.triad)).c_str(),
@@ -189,8 +189,8 @@ INSTANTIATE_TEST_SUITE_P(Kinds,
                            return name;
                          });
 
-// Without noise h is what was planted, and the parameters are the truth: but for what the prior of
-// its size takes, σ / h of a σ, and what two linearisations leave.
+// Without noise h is what was planted, and the parameters are the truth, except for what the prior
+// of its size takes, σ / h of a σ, and for what two linearisations leave.
 TEST(FindFaults, RecoversWhatWasPlantedWithoutNoise) {
   for (const bool has_gyroscope : {false, true}) {
     Random random(3);
@@ -210,7 +210,7 @@ TEST(FindFaults, RecoversWhatWasPlantedWithoutNoise) {
     const double tolerance = 0.02 + 1.5 * by_prior;
     EXPECT_LT(((fault.h - step).array() / fault.sigma.array()).abs().maxCoeff(), tolerance);
     Eigen::VectorXd error = trials::ErrorOf(settled.graph, trial.unit);
-    // The bias that is stated is the mean over the run: half the step on.
+    // The bias that is stated is the mean over the run: half the step more.
     const Eigen::MatrixXd& basis = settled.graph.layout.basis;
     Eigen::VectorXd shared = basis * error;
     shared.segment<3>(settled.graph.layout.bias[Triad::kMagnetometer]) -= 0.5 * step;
@@ -292,7 +292,7 @@ TEST(FindFaults, LeavesACleanGraphAsItIs) {
   EXPECT_TRUE(found.beyond.isZero(0.0));
 }
 
-// Known beforehand to be zero but for a σ, it widens what it moves and is no finding.
+// A fault that is stated as zero with a σ widens the σ that it affects, and is no finding.
 TEST(FindFaults, CountsWhatIsStatedAndDoesNotFindIt) {
   Random random(9);
   auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);
@@ -313,7 +313,7 @@ TEST(FindFaults, CountsWhatIsStatedAndDoesNotFindIt) {
   EXPECT_TRUE(Has(without, "quadratic term", Triad::kAccelerometer)) << ListOf(without);
 }
 
-// Beyond 64 poses a position is some poses in a row, and P is not formed.
+// Beyond 64 poses the search goes by groups of consecutive poses, and P is not formed.
 TEST(FindFaults, ScansALongRunByStretches) {
   Random random(10);
   auto trial = trials::MakeFaultTrial({.poses = 190, .has_gyroscope = false}, &random);
@@ -344,9 +344,9 @@ TEST(FindFaults, CountsAgainWhatWasLeftOutWhereAStepExplainsIt) {
   EXPECT_EQ(LeftOutOf(settled.graph), 0);
 }
 
-// Of an accelerometer alone the two faces that a quadratic term moves the furthest are outliers to
-// a robust fit, and hold most of what is to be known of it: whichever stands, σ allow for the
-// other.
+// With an accelerometer alone, the two faces that a quadratic term moves the furthest are outliers
+// to a robust fit, and hold most of what is to be known of the term: whichever explanation stands,
+// σ allow for the other.
 TEST(FindFaults, WeighsABendAgainstTheOutliersThatItMakes) {
   const int runs = IsNightly() ? 200 : 40;
   int wrong = 0, left_out = 0;
@@ -372,7 +372,7 @@ TEST(FindFaults, WeighsABendAgainstTheOutliersThatItMakes) {
     list += "seed " + std::to_string(seed) + ": " + ListOf(found);
   }
   EXPECT_GT(left_out, runs / 4);
-  // Of ten of its σ a term is neither shown nor ruled out in some.
+  // A term of ten of its σ is neither shown nor ruled out in some runs.
   EXPECT_LE(wrong, runs / 20) << list;
 }
 
@@ -399,8 +399,9 @@ TEST(FindFaults, AllowsForAFieldThatTurns) {
   }
 }
 
-// On six faces a quadratic term is a bias, but for what the field says of attitudes: it is seen at
-// many of its σ, and moves the bias by many more of its own. It is no matter of the magnetometer.
+// On six faces a quadratic term acts like a bias, except for what the field says of attitudes: it
+// is seen at many of its σ, and moves the bias by many more of the bias's σ. The magnetometer has
+// no part in it.
 TEST(FindFaults, AllowsForABendThatSixFacesHardlyShow) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Random random(60 + seed);
@@ -418,8 +419,8 @@ TEST(FindFaults, AllowsForABendThatSixFacesHardlyShow) {
   }
 }
 
-// Turns of a gyroscope whose readings are eight times as large end anywhere: that many rows are not
-// lost.
+// Turns of a gyroscope whose readings are eight times too large end anywhere: so many rows cannot
+// be lost.
 TEST(FindFaults, TakesTurnsThatEndAnywhereForNoLostRows) {
   for (std::uint64_t seed = 0; seed < 10; ++seed) {
     Random random(80 + seed);

@@ -17,8 +17,8 @@ namespace system_test {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The same system written straight from its formulas: all rows and all unknowns in one matrix,
-// attitudes too, whitened and factored by QR.
+// The system of a FaultSystem, but straight from its formulas: all rows and all unknowns in one
+// matrix, attitudes too, whitened and factored by QR.
 struct Dense {
   VectorXd r;
   MatrixXd J, V;            // J: free shared coordinates, then attitudes
@@ -28,7 +28,7 @@ struct Dense {
   MatrixXd P, C;  // projector and covariance of all unknowns
   double log_determinant = 0.0;
 
-  // Beside columns Z with σ.
+  // Factors the system with further columns Z, whose unknowns have σ.
   void Factor(const MatrixXd& Z, const VectorXd& sigma) {
     const Eigen::Index rows = r.size(), all = J.cols() + Z.cols();
     const MatrixXd W = V.llt().matrixL().solve(MatrixXd::Identity(rows, rows));
@@ -224,7 +224,7 @@ TEST(FaultTest, IsWhatItsFormulasSay) {
         F1(c, d) = 0.5 * (P1 * Dc * P1 * dense.D[static_cast<std::size_t>(d)]).trace();
       }
     }
-    // All patterns of bounds.
+    // Tries all patterns of active bounds.
     VectorXd v = excess.v;
     double best = -1e300;
     for (int pattern = 0; pattern < (1 << count); ++pattern) {
@@ -279,7 +279,7 @@ TEST(FaultTest, IsWhatItsFormulasSay) {
   }
 }
 
-// Beyond a thousand rows P is not formed; what is said is the same.
+// Beyond a thousand rows P is not formed; the results are the same.
 TEST(FaultSystem, SaysTheSameByRowsAsByItsMatrix) {
   const Case made = MakeCase(21);
   const auto& components = made.settled.noise.estimated;
@@ -291,7 +291,7 @@ TEST(FaultSystem, SaysTheSameByRowsAsByItsMatrix) {
   dense.TakeIn(made.settled.graph, added);
   by_rows.TakeIn(made.settled.graph, added);
   ExpectNear(by_rows.traces(), dense.traces(), 1e-8, "traces");
-  // What columns take of the information is bounded there: never less than it is.
+  // What columns take of the information is only bounded there: never less than the exact amount.
   EXPECT_TRUE(
       (by_rows.fisher().diagonal().array() <= 1.000001 * dense.fisher().diagonal().array()).all());
   ExpectNear(by_rows.fisher(), dense.fisher(), 0.1, "information");

@@ -17,16 +17,16 @@
 
 namespace truetriad::trials {
 
-// What is varied between simulated accelerometer + magnetometer problems.
+// How simulated units with accelerometer and magnetometer differ.
 struct UnitSpread {
-  double gain_low = 0.9, gain_high = 1.1;  // raw per true unit, before `unit`
+  double gain_low = 0.9, gain_high = 1.1;  // raw per true unit, before `counts_per_unit`
   double cross_axis = 0.03;                // of the row's gain
   double offset = 0.3;                     // of the signal
   bool permute_magnetometer = false;       // signed axis permutations, mirrored ones included
   double counts_per_unit = 1.0;            // gains of a log in counts
 };
 
-// |dip| 60 degrees, a usual noise.
+// A field that dips by 60 degrees, and a usual noise.
 inline constexpr double kDip = std::numbers::pi / 3.0;
 inline SyntheticNoise ModelNoise() {
   SyntheticNoise noise;
@@ -68,7 +68,7 @@ inline Unit UnitOf(Triad triad, bool counts) {
   return {std::string(TruthUnitName(triad)), 1.0, false};
 }
 
-// A unit whose accelerometer is stated in accel-x (so that truth and estimate share a frame).
+// A unit whose accelerometer is in the gauge accel-x, so that truth and estimate share a frame.
 inline SyntheticUnit RandomUnit(const UnitSpread& spread, Random* random) {
   SyntheticUnit unit;
   unit.dip_rad = kDip;
@@ -95,8 +95,8 @@ inline CalibrateOptions JointOptions(const SyntheticUnit& unit) {
   return options;
 }
 
-// Estimate minus truth in the order of the covariance; NaN for an entry that a calibration lists
-// but holds no value of (the heading of the field on a fixture).
+// Estimate minus truth in the order of the covariance; NaN for a parameter of which the calibration
+// has no value (the heading of the field on a fixture).
 inline Eigen::VectorXd Errors(const Calibration& calibration, const SyntheticUnit& unit) {
   std::vector<double> errors;
   for (const Triad triad : kTriads) {

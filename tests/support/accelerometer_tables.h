@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-/// Readings of one accelerometer, one a pose, σ the same on all axes; 0: unknown.
+/// Poses with one reading of an accelerometer each, with the same σ on all axes; σ 0: unknown.
 inline PoseSet AccelerometerPoses(const std::vector<Eigen::Vector3d>& readings, double sigma_mps2) {
   PoseSet poses;
   poses.source = "poses.csv";
@@ -32,7 +32,7 @@ inline PoseSet AccelerometerPoses(const std::vector<Eigen::Vector3d>& readings, 
   return poses;
 }
 
-/// An accelerometer alone, gravity known exactly.
+/// Options for an accelerometer alone, with gravity known exactly.
 inline CalibrateOptions AccelerometerOptions(double gravity_mps2) {
   CalibrateOptions options;
   options.triads[Triad::kAccelerometer].enabled = true;

@@ -14,7 +14,7 @@ inline void PrintTo(const Finding& finding, std::ostream* out) {
   *out << FindingCodeName(finding.code) << ": " << finding.Message();
 }
 
-// Findings by what programs look for: Contains(HasCode(FindingCode::kClockOffset)).
+// Match findings by what programs look for: Contains(HasCode(FindingCode::kClockOffset)).
 MATCHER_P(HasCode, code, "has the code " + std::string(FindingCodeName(code))) {
   return arg.code == code;
 }
@@ -23,7 +23,7 @@ MATCHER_P(IsAbout, triad, "is about the " + std::string(TriadName(triad))) {
   return arg.sensor == triad;
 }
 
-// By words, where they hold what nothing else does: a line to paste, a place.
+// Matches findings by words that no other finding has: a line to paste, a place.
 MATCHER_P(Says, words, "says what is looked for") {
   return ::testing::ExplainMatchResult(words, arg.Message(), result_listener);
 }

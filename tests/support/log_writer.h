@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-/// The unit of a log unless said otherwise: gains within 5 %, axes within 3 degrees.
+/// The accelerometer of a log by default: gains within 5 % of one, axes within 3 degrees.
 inline TriadModel<double> LoggedAccelerometer() {
   TriadModel<double> model;
   model.sensitivity << 1.02, 0.0, 0.0, 0.01, 0.98, 0.0, -0.005, 0.02, 1.01;
@@ -39,8 +39,8 @@ struct LogOptions {
   bool in_one_plane = false;  ///< All rests are turns about the body's z axis, which stays level.
   bool magnetometer = true;
   TriadModel<double> accelerometer = LoggedAccelerometer();
-  double accel_raw_per_mps2 = 1.0;  ///< Another unit for the readings of `accelerometer`.
-  double noise_mps2 = 0.02;         ///< White, of one sample.
+  double accel_raw_per_mps2 = 1.0;  ///< For readings in another unit than m/s^2.
+  double noise_mps2 = 0.02;         ///< σ of white noise in one sample.
   double noise_ut = 0.3;
   std::uint64_t seed = 1;
 };

@@ -5,7 +5,7 @@
 
 namespace truetriad {
 
-// Whether to run the whole of what the everyday run samples: tools/bench/accuracy.py says so. It
+// Whether to run all of what the everyday run only samples: tools/bench/accuracy.py asks for it. It
 // takes printed lines "@NAME | … |" as rows for the table that docs/ marks with
 // `<!-- rows: NAME -->`.
 inline bool IsNightly() { return std::getenv("TRUETRIAD_NIGHTLY") != nullptr; }

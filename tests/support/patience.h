@@ -5,11 +5,11 @@
 
 namespace truetriad {
 
-/// The one limit of what tests wait for: no test waits for the machine's speed, and what has not
-/// come in ten minutes does not come.
+/// The limit for everything that tests wait for: no test depends on the machine's speed, and what
+/// has not come in ten minutes does not come.
 inline constexpr std::chrono::seconds kPatience{600};
 
-/// From its making on.
+/// Lasts for kPatience after it was made.
 class Patience {
  public:
   bool Lasts() const { return std::chrono::steady_clock::now() < end_; }

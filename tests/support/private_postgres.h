@@ -18,31 +18,31 @@ namespace truetriad {
 /// network. It ends with the program, however that ends.
 class PrivatePostgres {
  public:
-  /// The one of this program, started when first asked for. Null where PostgreSQL is not installed.
+  /// The server of this program, started when first asked for. Null if PostgreSQL is not installed.
   static PrivatePostgres* Get() {
     static PrivatePostgres server;
     return server.folder_.empty() ? nullptr : &server;
   }
 
-  /// A fresh database, as `--store=` takes it, of a role that has it and no more.
+  /// The URL, for `--store=`, of a fresh database with a role that owns it and nothing else.
   std::string NewDatabase() {
     const std::string name = "line" + std::to_string(++databases_);
     EXPECT_EQ(Run("createdb", "-h '" + folder_ + "' -U postgres -O line " + name), 0);
     return "postgresql://line@/" + name + "?host=" + folder_;
   }
-  /// What psql says to statements, as SELECT's rows alone.
+  /// The output of psql for the statements, which is only the rows of SELECT.
   std::string Psql(const std::string& url, const std::string& sql) const {
     return OutputOf(PsqlCommand(url, sql));
   }
-  /// Shell that prints that.
+  /// A shell command that prints this output.
   std::string PsqlCommand(const std::string& url, const std::string& sql) const {
     return "'" + Program("psql") + "' -qAtX '" + url + "' -c \"" + sql + "\" 2>&1";
   }
 
   void Start() const { EXPECT_EQ(Run("pg_ctl", Control("start")), 0) << Log(); }
-  /// As an administrator does: whoever is connected is thrown out.
+  /// Stops as an administrator does: all clients are disconnected.
   void Stop() const { EXPECT_EQ(Run("pg_ctl", Control("stop -m fast")), 0) << Log(); }
-  /// Shell that does the same.
+  /// Shell commands that start and stop the server.
   std::string StartCommand() const { return AsOwner("pg_ctl", Control("start")); }
   std::string StopCommand() const { return AsOwner("pg_ctl", Control("stop -m fast")); }
 
@@ -102,7 +102,7 @@ class PrivatePostgres {
   int databases_ = 0;
 };
 
-/// Leaves the test where there is no server to be had.
+/// Skips the test if PostgreSQL is not installed.
 #define TRUETRIAD_SKIP_WITHOUT_POSTGRES()                                \
   if (::truetriad::PrivatePostgres::Get() == nullptr) {                  \
     GTEST_SKIP() << "PostgreSQL's server is not installed (postgresql)"; \

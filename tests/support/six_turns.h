@@ -62,15 +62,15 @@ inline SixTurns DrawSixTurns(Random* random) {
   return unit;
 }
 
-// Attitude at a share of the recording, exactly: one turn after the other.
+// The exact attitude at a share of the recording, in which one turn follows the other.
 inline Eigen::Quaterniond SixTurnsAttitude(double share) {
   Eigen::Quaterniond attitude = Eigen::Quaterniond::Identity();
   for (int turn = 0; turn < 6; ++turn) {
     const double done = std::min(std::max(6.0 * share - turn, 0.0), 1.0);
     // From rest to rest, so that rates are smooth: u - sin(2 pi u) / 2 pi.
     const double angle = 2.0 * std::numbers::pi * done - std::sin(2.0 * std::numbers::pi * done);
-    // Each turn ends a quarter short of or beyond the full circle, so that every axis comes to be
-    // vertical.
+    // Turns forward go a quarter beyond the full circle, turns backward one full circle, so that
+    // every axis comes to be vertical.
     const double whole = turn % 2 == 0 ? 1.25 : -1.0;
     attitude = attitude * RotationExp(whole * angle * Eigen::Vector3d::Unit(turn % 3));
   }
@@ -86,7 +86,8 @@ inline Eigen::Vector3d SixTurnsRate(double share, double duration_s) {
   return whole * rate * Eigen::Vector3d::Unit(turn % 3);
 }
 
-// The recording. `noise`: its factor. `push`: further specific force in the world at a time, m/s^2.
+// The recording of a unit. `noise`: factor of its noise. `push`: further specific force in the
+// world at a time, m/s^2.
 template <typename Push>
 PoseSet RecordSixTurns(const SixTurns& unit, double noise, Push push, Random* random) {
   PoseSet set;
@@ -131,8 +132,8 @@ PoseSet RecordSixTurns(const SixTurns& unit, double noise, Push push, Random* ra
   return set;
 }
 
-// What an experiment would say: accelerometer and gyroscope matrices held where `held`, noise
-// known.
+// Options as an experiment states them: the noise is known, and with `held` the matrices of
+// accelerometer and gyroscope are held.
 inline CalibrateOptions SixTurnsOptions(const SixTurns& unit, bool held, double spacing_s) {
   CalibrateOptions options;
   options.motion = MotionOptions{spacing_s};
@@ -140,7 +141,7 @@ inline CalibrateOptions SixTurnsOptions(const SixTurns& unit, bool held, double 
   options.robust.enabled = false;
   options.reference.gravity_mps2 = {kStandardGravityMps2, 0.0};
   options.reference.field_ut = {1.0, 0.0};
-  options.check_units = false;  // That field is one of its own.
+  options.check_units = false;  // A field of 1 uT is not real.
   const double root_rate = std::sqrt(unit.rate_hz);
   for (const auto& [triad, density] :
        {std::pair(Triad::kAccelerometer, unit.accelerometer_density),

@@ -34,7 +34,7 @@ inline Eigen::Matrix3d RandomMatrix(Random* random) {
   return Eigen::Matrix3d::NullaryExpr([random] { return random->Normal(); });
 }
 
-// Bias drifts by about 2 % of the signal and gains by about 1 % over the range.
+// Random terms: over the range biases drift by about 2 % of the signal, and gains by about 1 %.
 inline ThermalTerms RandomTerms(const ThermalOptions& terms, double strength, Random* random) {
   constexpr double kSpanDegc = 40.0;
   ThermalTerms thermal;
@@ -85,7 +85,7 @@ inline Soak MakeSoak(const ThermalOptions& terms, int attitudes_each, bool joint
   return soak;
 }
 
-// What the estimator is given. Noise is what `noise` says; its covariance is stated as `stated`.
+// The poses that the estimator is given, with noise by `noise` and covariances by `stated`.
 inline PoseSet PosesOf(const Soak& soak,
                        const SyntheticNoise& noise,
                        const SyntheticNoise& stated,
@@ -116,8 +116,8 @@ inline PoseSet ExactSoakPoses(const Soak& soak) {
   return PosesOf(soak, SyntheticNoise{}, ModelNoise(), &unused);
 }
 
-// Estimate minus truth of every entry of a sensor's model, in the order of the covariance; NaN for
-// the others but the dip.
+// Estimate minus truth, in the order of the covariance, of every entry of a sensor's model and of
+// the dip; NaN for other parameters.
 inline Eigen::VectorXd SoakErrors(const Calibration& calibration, const Soak& soak) {
   const std::vector<std::string>& names = calibration.covariance.parameters;
   Eigen::VectorXd errors(static_cast<Eigen::Index>(names.size()));

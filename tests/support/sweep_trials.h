@@ -19,7 +19,7 @@
 
 namespace truetriad::trials {
 
-// A chamber's setting: ramps one after another, or where the rate is zero a hold of `to` seconds.
+// A setting of a chamber: a ramp to a temperature, or, if the rate is zero, a hold of `to_degc` s.
 struct SweepLeg {
   double to_degc = 0.0;  // of a hold: seconds
   double rate_degcps = 0.0;

@@ -30,7 +30,7 @@ struct SyntheticUnit {
 /// Noise of simulated pose means, in true units, isotropic.
 struct SyntheticNoise {
   PerTriad<double> rest_sigma{};    ///< Known: goes into the poses' covariance.
-  PerTriad<double> excess_sigma{};  ///< Pose-to-pose; not told to anybody.
+  PerTriad<double> excess_sigma{};  ///< From pose to pose; not stated to the estimator.
 };
 
 /// Means of one rest for each attitude: what static detection would hand to the estimator.
@@ -43,15 +43,15 @@ PoseSet SimulatePoses(const SyntheticUnit& unit,
 struct SyntheticTurns {
   double duration_s = 2.5;
   double rate_hz = 100.0;
-  /// White noise of one reading, isotropic in true units; that of the gyroscope is told.
+  /// White noise of one reading, isotropic in true units; that of the gyroscope is stated.
   double gyroscope_sigma_radps = 0.0;
   double accelerometer_sigma_mps2 = 0.0;
-  double magnetometer_sigma_ut = 0.0;  ///< Of a unit without accelerometer.
+  double magnetometer_sigma_ut = 0.0;  ///< Used by a unit without accelerometer.
 };
 
 /// Adds the readings of a gyroscope and an accelerometer (of a unit without one: a magnetometer)
-/// that turn in place between the poses of `set`, as a recording's moves. Without `random` they are
-/// exact; the noise is told all the same.
+/// that turn in place between the poses of `set`, as a recording's moves. Without `random` the
+/// readings are exact, but their noise is stated all the same.
 void AddTurns(const SyntheticUnit& unit,
               const std::vector<Eigen::Quaterniond>& world_from_body,
               const SyntheticTurns& turns,

@@ -45,7 +45,7 @@ double SpacingS(const std::vector<Sample>& samples) {
          static_cast<double>(samples.size() - 1);
 }
 
-// Readings that are none.
+// Readings that the sensor did not make.
 
 void ZeroRows(const Strike& strike, Recording* recording) {
   for (Sample& sample : recording->samples[strike.triad]) {
@@ -75,7 +75,7 @@ void OneSidedSpikes(const Strike& strike, Recording* recording) {
   }
 }
 
-// Severity: seconds.
+// Severity: seconds of each stretch.
 void StuckStretches(const Strike& strike, Recording* recording) {
   std::vector<Sample>& samples = recording->samples[strike.triad];
   for (int i = 0; i < 3; ++i) {
@@ -126,7 +126,7 @@ void LostStamped(const Strike& strike, Recording* recording) {
 }
 
 void LostRegular(const Strike& strike, Recording* recording) {
-  // Rows of one log: all sensors lose the same.
+  // Rows of one log: all sensors lose the same rows.
   std::size_t rows = 0;
   Each(recording, [&](std::vector<Sample>* samples) { rows = std::max(rows, samples->size()); });
   std::vector<bool> lost(rows);
@@ -138,7 +138,7 @@ void LostRegular(const Strike& strike, Recording* recording) {
   });
 }
 
-// Severity: one in so many.
+// Severity: the number of samples of which one is lost.
 void LostPeriodically(const Strike& strike, Recording* recording) {
   const auto every = static_cast<std::size_t>(std::lround(strike.severity));
   Each(recording, [&](std::vector<Sample>* samples) {
@@ -161,7 +161,7 @@ void Jitter(const Strike& strike, Recording* recording) {
   });
 }
 
-// Severity: samples a burst, which arrive together.
+// Severity: the number of samples in a burst, which arrive together.
 void Bursts(const Strike& strike, Recording* recording) {
   const auto burst = static_cast<std::size_t>(std::lround(strike.severity));
   Each(recording, [&](std::vector<Sample>* samples) {
@@ -175,7 +175,7 @@ void Bursts(const Strike& strike, Recording* recording) {
   });
 }
 
-// Severity: seconds.
+// Severity: the tick of the clock, s.
 void Ticks(const Strike& strike, Recording* recording) {
   const std::int64_t tick = Nanoseconds(strike.severity);
   Each(recording, [&](std::vector<Sample>* samples) {
@@ -183,18 +183,18 @@ void Ticks(const Strike& strike, Recording* recording) {
   });
 }
 
-// A logger that asks the sensor when it gets to it, and notes when that was: the stamps are true.
-// Severity: share of the spacing.
+// A logger that reads the sensor when it gets to it, and records when that was: the stamps are
+// true. Severity: the delay as a share of the spacing.
 constexpr int kFiner = 20;
 void SampledFinely(const Strike&, Scenario* scenario) {
   for (std::optional<SimulatedTriad>& sensor : scenario->sensors) {
     if (!sensor) continue;
     sensor->sampling.rate_hz *= kFiner;
-    sensor->noise.density /= std::sqrt(kFiner);  // The noise of a sample stays.
+    sensor->noise.density /= std::sqrt(kFiner);  // The noise of a sample stays the same.
   }
 }
 void PickUnevenly(const Strike& strike, Recording* recording) {
-  // Late by itself, or, where each wait begins when the last one is over, later and later.
+  // Each delay stands alone, or delays add up, as each wait begins when the last one is over.
   const bool adds_up = strike.random->Uniform() < 0.5;
   Each(recording, [&](std::vector<Sample>* samples) {
     std::vector<Sample> picked;
@@ -292,7 +292,7 @@ void HalvesExchanged(const Strike&, Recording* recording) {
   });
 }
 
-// The sensor's shape.
+// The response of the sensor.
 
 template <typename Bend>
 void BendReadings(const Strike& strike, Recording* recording, const Bend& bend) {
@@ -333,7 +333,7 @@ void Clipped(const Strike& strike, Recording* recording) {
     sample.raw = sample.raw.cwiseMin(range).cwiseMax(-range);
   }
 }
-// Severity: seconds.
+// Severity: the time constant, s.
 void LowPass(const Strike& strike, Recording* recording) {
   std::vector<Sample>& samples = recording->samples[strike.triad];
   if (samples.empty()) return;
@@ -357,7 +357,7 @@ void GSensitivity(const Strike& strike, Scenario* scenario) {
   scenario->sensors[kG]->g_sensitivity = matrix;
 }
 
-// What wanders.
+// Errors that change with time.
 
 void Drift(const Strike& strike, Recording* recording) {
   const Eigen::Vector3d whole = strike.severity * Full(strike.triad) * Direction(strike.random);
@@ -425,7 +425,7 @@ void NoisyAxis(const Strike& strike, Recording* recording) {
 
 // Mounting, units, and readings that are not raw.
 
-// The truth follows the axes.
+// Maps the axes of the readings and of the truth.
 void Remap(const Eigen::Matrix3d& map, Triad triad, Recording* recording) {
   for (Sample& sample : recording->samples[triad]) sample.raw = map * sample.raw;
   if (!recording->truth.sensors[triad]) return;
@@ -523,7 +523,7 @@ DisturbanceTime Sometime(const Strike& strike, Scenario* scenario) {
   return {.rest = {},
           .offset_s = strike.random->Uniform(0.1, 0.9) * TumbleOf(scenario)->duration_s};
 }
-// A change that is there in the first rest is there throughout.
+// A time after the first two rests: a change in them would be there throughout.
 DisturbanceTime Midway(const Strike& strike, Scenario* scenario) {
   DisturbanceTime when = Sometime(strike, scenario);
   if (when.rest) when.rest = std::min(std::max(*when.rest, 3), RestsOf(scenario));
@@ -578,7 +578,7 @@ void FewPoses(const Strike& strike, Scenario* scenario) {
         std::min(poses->poses.size(), static_cast<std::size_t>(std::lround(strike.severity))));
   }
 }
-// Only attitudes whose up direction is within an angle of one.
+// Keeps only attitudes whose up direction is within an angle of a random direction.
 void OneSided(const Strike& strike, Scenario* scenario) {
   PosesStep* poses = PosesOf(scenario);
   const Eigen::Vector3d middle = Direction(strike.random);
@@ -639,7 +639,7 @@ std::vector<Triad> SensorsOf(Regime regime) {
 
 namespace {
 
-// What befalls the log.
+// The faults of the log.
 std::vector<Fault> FaultsOfLogs() {
   using enum Expected;
   using enum Regime;
@@ -747,7 +747,7 @@ std::vector<Fault> FaultsOfLogs() {
   };
 }
 
-// What befalls the unit, its surroundings and its firmware, in the order in which that happens.
+// The faults of the unit, its surroundings and its firmware, in the order in which they happen.
 std::vector<Fault> FaultsOfUnits() {
   using enum Expected;
   using enum Regime;

@@ -32,14 +32,14 @@ std::string_view RegimeName(Regime regime);
 // The sensors that are calibrated.
 std::vector<Triad> SensorsOf(Regime regime);
 
-// What a trustworthy program does with it.
+// What a trustworthy program does with a recording that has a fault.
 enum class Expected {
   kEither,   // is right, or refuses
-  kRefusal,  // the recording says something else than was stated: it must be refused
+  kRefusal,  // the recording contradicts what was stated: it must be refused
   kUnseen,   // nothing in a recording can show it
 };
 
-// One fault of one recording.
+// How a fault befalls one recording.
 struct Strike {
   Triad triad = Triad::kAccelerometer;  // that it befalls
   double severity = 0.0;
@@ -54,7 +54,7 @@ struct Fault {
   Expected expected = Expected::kEither;
   void (*before)(const Strike&, Scenario*) = nullptr;
   void (*after)(const Strike&, Recording*) = nullptr;
-  std::vector<Regime> unseen = {};  // regimes in which nothing shows it
+  std::vector<Regime> unseen = {};  // regimes in which nothing shows the fault
 };
 // In the order in which they strike a recording: the unit, its surroundings, its firmware, the log.
 std::span<const Fault> Faults();

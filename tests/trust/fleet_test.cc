@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Clean units of the shipped scenarios by the shipped experiments with default settings: none is
-// refused, what is stated of one is what is stated of the others, and it is true.
+// refused, the σ stated for one unit are those of the others, and they are true.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -31,15 +31,15 @@ constexpr int kNightlyUnits = 300;
 constexpr int kDailyUnits = 12;
 constexpr double kAllowedSigmas = 5.0;
 constexpr double kMostOddShare = 0.005;
-// Two-sided 99 % of a mean.
+// Two-sided 99 % limit of a mean, in standard errors.
 constexpr double kStandardErrors = 2.58;
 
 struct Fleet {
   std::string scenario, experiment;
   std::vector<std::string> overrides;
-  // NEES over its dimension is no less: sigma are wider than they need be by its square root.
-  // Where poses scatter by nothing, what is estimated of that cannot be negative; a hand's
-  // accelerations are taken as they hang together.
+  // The least NEES over its dimension: σ may be too wide by its square root. An excess of poses
+  // that is really zero cannot be estimated as negative, and the accelerations of a hand are taken
+  // to be correlated.
   double least_nees = 0.75;
 };
 
@@ -51,7 +51,7 @@ std::string ConfigPath(const std::string& folder, const std::string& name) {
   return TRUETRIAD_SOURCE_DIR "/configs/" + folder + "/" + name + ".yaml";
 }
 
-// σ of each gain, a unit an entry.
+// σ of each gain, with one entry per unit.
 class SigmasOfGains {
  public:
   void Add(const Calibration& found) {
@@ -63,7 +63,7 @@ class SigmasOfGains {
       }
     }
   }
-  // Of the gain that has most of them, the units that are not within a factor of two of the median.
+  // The number of units whose σ is not within a factor of two of the median, for the worst gain.
   int MostOdd() const {
     int most = 0;
     for (const Triad triad : kTriads) {
@@ -129,7 +129,7 @@ TEST_P(CleanUnits, AreRightAndStatedAlike) {
     const double own = comparison->chi2 / comparison->dof;
     nees += own;
     squared_nees += own * own;
-    // The mean of F.
+    // The mean of the F distribution.
     const double dof = found.quality.effective_dof;
     expected_nees += std::isfinite(dof) ? dof / std::max(dof - 2.0, 1.0) : 1.0;
     sigmas.Add(found);
@@ -185,9 +185,9 @@ Result<CalibrationSummary> CalibrateInMemory(const Scenario& scenario,
   return Calibrate(poses, experiment.options);
 }
 
-// As simulate --config=configs/scenarios/fleet.yaml --set=count=150,seed=777 makes them. The
-// verdict refuses a unit whose variance components are not at their optimum. Six of these once
-// ended far from it, with gains whose σ were 3 to 16 times too large.
+// The units of simulate --config=configs/scenarios/fleet.yaml --set=count=150,seed=777. The verdict
+// refuses a unit whose variance components are not at their optimum. Six of these units once ended
+// far from it, with gains whose σ were 3 to 16 times too large.
 TEST(LikeUnits, HaveTheSameUncertaintyStated) {
   const auto scenario = ReadScenario(ConfigPath("scenarios", "fleet"), {"count=150", "seed=777"});
   ASSERT_TRUE(scenario) << scenario.error().message;

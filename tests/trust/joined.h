@@ -5,13 +5,13 @@
 
 namespace truetriad::trust {
 
-// Recordings that are not of one piece. Severity: pieces, if not said otherwise.
+// Recordings that are not of one piece. Severity: the number of pieces, unless stated otherwise.
 
 // The pieces in another order, the times made regular.
 void PiecesExchanged(const Strike& strike, Recording* recording);
-// Seconds are missing between them, the times made regular.
+// Seconds are missing between the pieces, the times made regular.
 void PiecesCutOut(const Strike& strike, Recording* recording);
-// Each begins at time zero.
+// Each piece begins at time zero.
 void ClockSetBack(const Strike& strike, Recording* recording);
 // A piece comes again later, the times made regular. Severity: its seconds.
 void RepeatedElsewhere(const Strike& strike, Recording* recording);

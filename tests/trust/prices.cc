@@ -14,7 +14,7 @@
 namespace truetriad::trust {
 namespace {
 
-// The geometric mean over parameters; unset unless both results are usable.
+// σ with a mechanism over σ without it, as geometric mean over parameters; unset without both.
 std::optional<double> SigmaRatio(const Trial& with, const Trial& without) {
   double sum = 0.0, count = 0.0;
   for (const auto& [name, sigma] : with.sigmas) {

@@ -19,13 +19,13 @@ class Prices {
  private:
   struct Price {
     int acted = 0, again = 0;
-    int avoided = 0, caused = 0;  // wrong, of those in which something shows the fault
-    int kept = 0;                 // right, and not without it
+    int avoided = 0, caused = 0;  // wrong results, if a recording can show the fault
+    int kept = 0;                 // right with it, but not without
     int refused = 0;              // though right without it
     int crashed = 0;              // without it
     std::vector<double> sigma_ratios;
 
-    // What a count of those run again comes to among all in which it acted.
+    // Scales a count among the trials that were run again to all in which the mechanism acted.
     int OfAll(int count) const { return again > 0 ? (count * acted + again / 2) / again : 0; }
     void Add(const Trial& with, const Trial& without);
   };

@@ -28,7 +28,7 @@ std::string AttitudesOf(const std::vector<TrueRest>& rests) {
   return text;
 }
 
-// The times of a table begin at zero at each restart.
+// Rewrites a table so that its times begin at zero at each restart.
 Status RestartClock(const std::vector<double>& restarts_s, const std::string& path) {
   std::ifstream file(path);
   std::string text, line;

@@ -35,25 +35,25 @@ struct Recording {
   std::vector<PoseRange> rest_rows;
   std::vector<StatedRate> rates;
   double duration_s = 0.0;
-  // Where the clock was set to zero again; then all sensors are in one file.
+  // Times at which the clock was set to zero again; if any, all sensors are in one file.
   std::vector<double> clock_restarts_s;
-  // Mean error of the bias that was added in each rest.
+  // The errors of the bias that were added, averaged over each rest.
   PerTriad<std::vector<Eigen::Vector3d>> rest_errors;
 
   // `truth` with the biases as they were on average over the rests that a calibration used.
   Calibration TruthFor(const Calibration& calibration) const;
 
-  // RMS over the recording, raw unit.
+  // RMS of the readings over the recording, raw unit.
   double Signal(Triad triad) const;
   // Adds an error of the bias to the readings, raw unit; the truth gets its mean over the rests, or
-  // over the recording where there are none.
+  // over the recording if there are no rests.
   void AddToBias(Triad triad, const std::function<Eigen::Vector3d(double time_s)>& error);
 };
 
 Result<Recording> Play(const Scenario& scenario, int unit);
 
-// Writes it as `simulate` does: a manifest with its tables, attitudes.csv, rates.yaml. Returns the
-// manifest's path.
+// Writes a recording as `simulate` does: a manifest with its tables, attitudes.csv, rates.yaml.
+// Returns the manifest's path.
 Result<std::string> Write(const Recording& recording, const std::string& folder);
 
 }  // namespace truetriad::trust

@@ -30,7 +30,7 @@ struct Spoilt {
   std::string_view fault;
   std::optional<Triad> triad;
   std::string_view code;            ///< Of its run, or of one of the run's findings.
-  std::string_view or_code = code;  ///< Where the fault goes either way.
+  std::string_view or_code = code;  ///< If the fault may be seen as another one.
 };
 
 const std::vector<Spoilt>& SpoiltUnits() {
@@ -42,7 +42,7 @@ const std::vector<Spoilt>& SpoiltUnits() {
       {"drift", kAccelerometer, "fault"},
       {"axis flipped", kAccelerometer, "mounting-contradicted"},
       {"axes swapped", kGyroscope, "mounting-contradicted"},
-      // A tenth, or ten times: which no field is.
+      // A tenth of the field, or ten times it, which no field is.
       {"tenfold", kMagnetometer, "odd-gain", "wrong-unit"},
       {"thousandfold", kAccelerometer, "wrong-unit"},
       {"deg/s as rad/s", kGyroscope, "wrong-unit"},
@@ -71,7 +71,7 @@ Status WriteUnit(const Scenario& clean, int unit, const Spoilt* spoilt, const st
   if (spoilt != nullptr) {
     const Fault& fault = FaultNamed(spoilt->fault);
     strike.triad = spoilt->triad.value_or(Triad::kAccelerometer);
-    // Few poses are few where there are least of them.
+    // These two faults are worst at their least severity.
     strike.severity =
         spoilt->fault == "few poses" || spoilt->fault == "short rests" ? fault.least : fault.most;
     if (fault.before != nullptr) fault.before(strike, &scenario);
@@ -103,7 +103,7 @@ class SpoiltFleet : public testing::Test {
 };
 
 TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
-  // 2 % of them at night.
+  // At night 2 % of the units are spoilt.
   const int units = IsNightly() ? 1000 : 40;
   const auto& spoilt = SpoiltUnits();
   const int stride = units / static_cast<int>(spoilt.size());
@@ -120,7 +120,7 @@ TEST_F(SpoiltFleet, HasACodeForEachAndNoGoodUnitFailsBecauseOfThem) {
         WriteUnit(*scenario, unit, spoilt_as(unit), folder_.Path("line/" + name(unit)));
     ASSERT_TRUE(written) << written.error().message;
   }
-  // Three more that end their worker.
+  // Three more units end their worker.
   const Finished run = RunShell(
       "TRUETRIAD_FLEET_FAULT=crash:" + name(0) + ",hang:" + name(2) + ",memory:" + name(4) +
           " '" TRUETRIAD_BINARY

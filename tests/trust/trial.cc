@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kAllowedSigmas = 5.0;
 
-// Of this thread: what else the machine does is no fault of a trial.
+// Processor time of this thread: what else the machine does must not count.
 double ProcessorSeconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -74,7 +74,8 @@ Result<Scenario> CleanScenario(Regime regime, std::uint64_t seed, Random* random
   const std::vector<Triad> wanted = SensorsOf(regime);
   for (const Triad triad : kTriads) {
     const bool is_wanted = std::find(wanted.begin(), wanted.end(), triad) != wanted.end();
-    // A recording has more sensors than are asked for, but row numbers are those of one.
+    // Other sensors stay only in the regime without stated rows: row numbers are those of one
+    // sensor.
     if (!is_wanted && regime != Regime::kAccelerometer) scenario.sensors[triad].reset();
   }
   return scenario;
@@ -109,7 +110,7 @@ std::string ExperimentOf(Regime regime) {
 }
 
 struct Drawn {
-  const Fault* fault;  // Of Faults(), whose order is that of what happens.
+  const Fault* fault;  // One of Faults(), which are in the order in which they happen.
   Strike strike;
 };
 
@@ -192,7 +193,7 @@ void Judge(const Result<Calibration>& calibration,
   }
 }
 
-// What comes of a recording, by the mechanisms that are switched on.
+// Calibrates a recording with the mechanisms that are switched on, and judges the result.
 void CalibrateAndJudge(const Experiment& experiment,
                        const Recording& recording,
                        const std::vector<Drawn>& drawn,

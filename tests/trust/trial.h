@@ -20,7 +20,7 @@ struct Kind {
   Regime regime = Regime::kHand;
 
   std::string Name() const;
-  // Something in a recording shows it.
+  // Whether something in a recording shows the fault.
   bool CanBeSeen() const;
 };
 std::vector<Kind> Kinds();
@@ -46,7 +46,7 @@ struct Trial {
   std::string refusal;        // its code, or an error's text
   bool blames_other = false;  // the refusal names a sensor that nothing befell
   double seconds = 0.0;       // of the processor
-  // A usable result has a finding that shifts a parameter by more than its σ, and nothing was done.
+  // A usable result has an ignored finding that shifts a parameter by more than its σ.
   bool is_left_standing = false;
 
   // Of a build that counts mechanisms: which acted, the names of all findings, σ by parameter, and
@@ -60,8 +60,9 @@ struct Trial {
   bool IsSilent() const { return verdict == Verdict::kWrong && said.empty(); }
 };
 
-// The trial of a seed: its kind is number `seed` of Kinds() in turn, the rest is drawn. `folder` is
-// where its files go, and stay; again without each mechanism that acted and that `is_priced`.
+// The trial of a seed: its kind is number `seed` of Kinds() in turn, the rest is drawn. Its files
+// go to `folder`, and stay there. It is run again without each mechanism that acted and that
+// `is_priced`.
 Trial RunTrial(std::uint64_t seed,
                const std::vector<Kind>& kinds,
                const std::string& folder,

@@ -91,7 +91,7 @@ std::string LineOf(const Trial& trial) {
          trial.refusal.substr(0, 150);
 }
 
-// By fault and sensor, over all regimes; apart where nothing shows it.
+// Rows are by fault and sensor, over all regimes, but separate if nothing shows the fault.
 std::string RowName(const Kind& kind) {
   std::string name = kind.fault == nullptr ? kind.Name() : std::string(kind.fault->name);
   if (kind.fault != nullptr && kind.triad && kind.fault->triads.size() > 1) {
@@ -135,7 +135,7 @@ std::string TableOf(const std::map<std::string, Row>& rows) {
   return text;
 }
 
-// In as many threads as are wanted.
+// Runs all seeds in FLAGS_threads threads.
 void ForEachSeed(const std::function<void(std::uint64_t)>& run) {
   std::atomic<std::uint64_t> next = FLAGS_first;
   std::vector<std::jthread> workers;

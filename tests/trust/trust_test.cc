@@ -15,7 +15,7 @@ namespace trust_test {
 
 namespace fs = std::filesystem;
 
-// A stride that no number of kinds shares lets a slice meet all of them.
+// A prime, so that a slice of the seeds meets all kinds.
 constexpr std::uint64_t kStride = 101;
 
 std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
@@ -42,11 +42,11 @@ std::vector<Trial> RunAll(const std::vector<Kind>& kinds,
   return trials;
 }
 
-// Other seeds than those of the nightly run, which are 4000, and of docs/trust.md.
+// Other seeds than the 4000 of the nightly run, and than those of docs/trust.md.
 TEST(Trust, ContaminatedRecordingsAreRightOrRefused) {
   constexpr std::uint64_t kRuns = 240;
-  // Of the runs in which something shows the fault. What is reached today, so that it gets no
-  // worse; docs/trust.md says what is aimed at.
+  // Share of the runs in which something shows the fault. It is what is reached today, and must not
+  // get worse; docs/trust.md states the aim.
   constexpr double kMostWrong = 0.015;
   int wrong = 0, seen = 0, right = 0;
   for (const Trial& trial : RunAll(Kinds(), 100'000, kRuns)) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast a text recording becomes typed columns, beside a bare std::from_chars loop over the same
-// bytes in memory, alternating:
+// How fast a text recording becomes typed columns, measured in turns with a bare std::from_chars
+// loop over the same bytes in memory:
 //
 //   csv_columns FILE [RUNS]
 //
 // Reads all columns of FILE, the first as an integer of nanoseconds, the others as doubles, with
-// all checks and the SHA-256 of the bytes; then hashes the bytes alone, to tell how much of it that
-// is. Prints GB a CPU second of each run and the medians.
+// all checks and the SHA-256 of the bytes; then hashes the bytes alone, to tell the share of
+// hashing. Prints GB a CPU second of each run and the medians.
 #include <algorithm>
 #include <charconv>
 #include <cstdio>

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 7;
 
-// One turn of 10 s at 100 Hz, with all derivatives.
+// Integration of one turn of 10 s at 100 Hz, with all derivatives.
 void IntegrateTurn(benchmark::State& state) {
   Random random(kSeed);
   GyroMove move;
@@ -43,7 +43,7 @@ void RunCalibrate(const PoseSet& poses, const CalibrateOptions& options, benchma
   state->SetComplexityN(state->range(0));
 }
 
-// Accelerometer and magnetometer, 22 parameters and the dip; noise known.
+// Calibration of accelerometer and magnetometer: 22 parameters and the dip; noise known.
 void CalibrateJoint(benchmark::State& state) {
   Random random(kSeed);
   const SyntheticUnit unit = trials::RandomUnit({}, &random);
@@ -58,12 +58,13 @@ BENCHMARK(CalibrateJoint)
     ->Range(24, 1536)
     ->Complexity(benchmark::oN);
 
-// All three triads, turns of 2.5 s at 100 Hz between the poses, 33 parameters and the dip. Excess
-// noise of everything is estimated, as it is by default.
+// All three triads, turns of 2.5 s at 100 Hz between the poses, 33 parameters and the dip. All
+// excess noise is estimated, as it is by default.
 void CalibrateNineAxes(benchmark::State& state) {
   constexpr Triad kGyroscope = Triad::kGyroscope;
   Random random(kSeed);
-  // As chips are: where turns miss gravity by more, they are looked at for a wrong unit, at length.
+  // A spread like that of chips: with larger ones, turns miss gravity so much that a long search
+  // for a wrong unit of measure begins.
   trials::UnitSpread spread;
   spread.offset = 0.03;
   SyntheticUnit unit = trials::RandomUnit(spread, &random);

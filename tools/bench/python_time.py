@@ -82,7 +82,7 @@ def time_arrays(count):
 
 
 def with_lag(truth):
-    """The same accelerometer where its temperature terms follow the thermometer by half a minute."""
+    """The accelerometer of `truth` with temperature terms that lag the thermometer by half a minute."""
     text = truth.to_yaml().replace("      rate: {", "      element_lag_s: [30, 30, 30]\n      rate: {", 1)
     with tempfile.NamedTemporaryFile("w", suffix=".yaml") as file:
         file.write(text)

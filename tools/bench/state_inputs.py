@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What tools/bench/states and prices run programs on: each source writes recordings and says what is true of
-them; `run` calibrates one with each program and judges the results as tests/trust/trial.cc does."""
+"""Inputs of tools/bench/states and prices: each source writes recordings and states their true parameters;
+`run` calibrates a recording with each program and judges the results as tests/trust/trial.cc does."""
 import ast
 import hashlib
 import json
@@ -27,10 +27,10 @@ except ImportError as missing:
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 LONGEST_S = 120  # The slowest recording of these takes 6 s.
-ALLOWED_SIGMAS = 5.0  # Of tests/trust.
-# A fault is mild where it is within one sigma of what users need: the strictest bias limit of
-# configs/limits is taken for three sigma; no preset has one of a magnetometer, for which the limit
-# of configs/experiments on its residual stands.
+ALLOWED_SIGMAS = 5.0  # As in tests/trust.
+# A fault is mild if it is within one sigma of what users need: a third of the strictest bias limit
+# of configs/limits. No preset limits a magnetometer's bias; its value is the limit of
+# configs/experiments on the residual.
 NEEDED = {"accelerometer": 0.196 / 3, "gyroscope": 8.73e-3 / 3, "magnetometer": 0.5}
 UNIT_OF = {"m/s2": "accelerometer", "rad/s": "gyroscope", "uT": "magnetometer"}
 SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
@@ -62,7 +62,7 @@ FLEET_SEED = 4242
 
 
 def digest(folder):
-    """Of the recording's bytes, so that a pair is known to be of the same input."""
+    """Hash of a recording's bytes, which shows whether two results are of the same input."""
     total = hashlib.sha256()
     for path in sorted(pathlib.Path(folder).glob("*.csv*")):
         total.update(path.read_bytes())
@@ -70,7 +70,7 @@ def digest(folder):
 
 
 def look_up(tree, name):
-    """The value of a parameter by the name that a covariance gives it; None where there is none."""
+    """The value of a parameter by the name that a covariance gives it; None if there is none."""
     words = name.split(".")
     if words[0] == "reference":
         return tree.get("reference", {}).get(words[1])
@@ -87,8 +87,8 @@ def look_up(tree, name):
 
 
 def gauge_rotation(gauge, lead):
-    """As src/model/gauge.cc: the body frame that a convention attaches to the leading sensor. A matrix
-    that is already in it is not turned."""
+    """As src/model/gauge.cc: the rotation into the body frame that a gauge attaches to the leading sensor.
+    A matrix that is already in this frame is not turned."""
     if gauge == "fixture":
         return np.eye(3)
     sign = -1.0 if lead[0, 0] < 0 else 1.0
@@ -109,8 +109,8 @@ def gauge_rotation(gauge, lead):
 
 
 def true_of(truth, found, rest_errors):
-    """The truth as a result states it: in its gauge, in its reference temperature's terms, biases as
-    they were over the rests that it used."""
+    """The truth in the form of a result: in its gauge, with the terms at its reference temperature, and
+    with the biases as they were over the rests that the result used."""
     true = json.loads(json.dumps(truth))
     lead = true["sensors"].get(found.get("gauge_sensor"))
     quality = found["quality"]
@@ -134,7 +134,7 @@ def true_of(truth, found, rest_errors):
 
 
 def take_out_scale(names, covariance, found, true):
-    """Where a field's strength is nominal, gains of a magnetometer have no common scale."""
+    """If the field's strength is nominal, the common scale of a magnetometer's gains is not judged."""
     at = [names.index(f"magnetometer.sensitivity.{a}{b}") for a in "xyz" for b in "xyz"]
     gains = np.array(found["sensors"]["magnetometer"]["sensitivity"])
     of_true = np.array(true["sensors"]["magnetometer"]["sensitivity"])
@@ -146,7 +146,7 @@ def take_out_scale(names, covariance, found, true):
 
 
 def judge(found, truth, rest_errors):
-    """z by parameter, chi2 of all and its dimension; the reference is the place's, not the unit's."""
+    """z by parameter, chi2 of all with its dimension; without the reference, which is not the unit's."""
     names = found["covariance"]["parameters"]
     covariance = np.array(found["covariance"]["matrix"])
     true = true_of(truth, found, rest_errors)
@@ -194,7 +194,7 @@ def parameters_of(found, z):
 
 
 def read_result(code, stdout, output, truth, trial):
-    """What one program made of one recording."""
+    """The result of one program for one recording."""
     found, path = None, pathlib.Path(output) / "calibration.json"
     if path.exists():
         found = json.loads(path.read_text())
@@ -234,8 +234,8 @@ def calibrate(program, arguments, output, truth=None, trial={}, folder=None, env
 
 
 def with_each(programs, about, arguments, output, **judged):
-    """The recording's row: what it is, and what each program made of it, or each run that a function
-    programs(name, of) makes of it with of(program, **environment)."""
+    """The row of a recording: what it is, and the result of each program. If `programs` is a function, it
+    makes the results: programs(name, of), by calls of of(program, **environment)."""
     def of(program, **environment):
         return calibrate(program, arguments, output, environment=environment, **judged)
     results = programs(about["id"], of) if callable(programs) else {
@@ -258,7 +258,7 @@ def trust_jobs(plan, wants_faults, wants_clean):
 
 
 def is_mild_trial(trial):
-    """Of the faults that add to a bias or the field, by how much they do at most over three rests or more."""
+    """Whether a fault adds to a bias or the field no more than NEEDED, known from three rests or more."""
     fault = trial["kind"].split(" (")[0].split(",")[0]
     if trial["second"] or not trial["can_be_seen"]:
         return False
@@ -440,7 +440,7 @@ exit $code
 
 
 def case_rows(options, folder, name):
-    """Runs a case's commands as its page has them, up to two blanks, which end them."""
+    """Runs a case's command as its README.md states it: up to two blanks."""
     source, rows = options["shared"] / "cases" / name, {}
     command = re.search(r"^Command: (.*?)(?:  .*)?$", (source / "README.md").read_text(), re.M)[1]
     for state, program in options["programs"].items():
@@ -467,7 +467,7 @@ def case_rows(options, folder, name):
     yield from rows.values()
 
 
-# Of time what does not depend on the machine: what docs/performance.md has the time of.
+# Instruction counts, which do not depend on the machine, of what docs/performance.md times.
 COSTS = {
     "nine-axis unit": ["--config={configs}/experiments/nine-axis.yaml"],
     "Xsens pair": ["--config={configs}/experiments/recordings/xsens-imu-tk-pair.yaml"],
@@ -513,7 +513,7 @@ ROWS = {"trust": trust_rows, "generators": generator_rows, "fleet": fleet_rows, 
 
 
 def run(options, job):
-    """All rows of a job, in a folder of its own that goes with it."""
+    """All rows of a job, in a folder of its own that is removed afterwards."""
     with tempfile.TemporaryDirectory(prefix="states-", dir=options["folder"]) as folder:
         return list(ROWS[job[0]](options, folder, *job[1:]))
 
@@ -560,7 +560,7 @@ def run_job(job):
 
 
 def run_all(jobs, count):
-    """Their rows, and how many jobs were lost."""
+    """Runs the jobs; returns their rows and the number of jobs that failed."""
     rows, lost, begin = [], 0, time.time()
     with multiprocessing.get_context("fork").Pool(count) as pool:
         for done, made in enumerate(pool.imap_unordered(run_job, jobs), 1):

@@ -101,9 +101,9 @@ Error Damaged(const std::string& path, const std::string& name) {
 
 // -------------------------------------------------------------------------------------- version 5
 
-constexpr std::size_t kTag = 8;        ///< Type and size: two words.
-constexpr std::size_t kHeader5 = 128;  ///< Its text, version and byte order.
-constexpr int kDeepestCell = 64;       ///< Nested cells, so the depth of recursion.
+constexpr std::size_t kTag = 8;        ///< Type and size of an element: two words.
+constexpr std::size_t kHeader5 = 128;  ///< Text, version and byte order of the file.
+constexpr int kDeepestCell = 64;       ///< Most nested cells: bounds the depth of recursion.
 constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Types of elements.
 constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Largest read at once.
 
@@ -139,7 +139,7 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped
   return is_swapped ? __builtin_bswap32(word) : word;
 }
 
-/// The unpacked data; for damaged or truncated data, the part before that.
+/// The unpacked data; if they are damaged or truncated, the part before that.
 std::string Inflated(std::string_view packed) {
   z_stream stream{};
   std::string content;
@@ -182,7 +182,7 @@ class Walk {
   static constexpr std::uint32_t kComplexFlag = 0x800U;   // In the array flags.
   static constexpr std::size_t kLongestText = 1U << 20U;  // All field names of a struct.
 
-  /// The same for an element of at most `left` bytes, from which it is subtracted.
+  /// Whether an element is sound; its size, at most `left` bytes, is subtracted from `left`.
   bool IsSoundElement(std::uint64_t* left, int depth, const std::optional<std::string>& name) {
     const auto words = TakeWords(2, left);
     if (words.empty() || words[0] != kMatrix || words[1] > *left) return false;
@@ -190,7 +190,7 @@ class Walk {
     return IsSoundMatrix(words[1], depth, name);
   }
 
-  /// The same for a matrix after its tag. `name`: the name to use (empty: the matrix's own);
+  /// Whether the matrix after a tag is sound. `name`: the name to use (empty: the matrix's own);
   /// nullopt: unnamed, as in a list.
   bool IsSoundMatrix(std::uint64_t size, int depth, std::optional<std::string> name) {
     if (size == 0) {
@@ -216,7 +216,7 @@ class Walk {
     return is_sound && Skip(size);
   }
 
-  /// The same for cells, or for the fields of structs and objects.
+  /// Whether cells, or the fields of structs and objects, are sound.
   bool AreSoundCells(const Found& list, int depth, bool has_name, std::uint64_t* left) {
     if (list.kind == kObject && !TakeText(left)) return false;  // Its class name.
     std::uint64_t count = 1;
@@ -265,7 +265,7 @@ class Walk {
     return true;
   }
 
-  /// Nullopt if there are fewer bytes.
+  /// The next `count` bytes; nullopt if there are fewer.
   std::optional<std::string> Take(std::size_t count) {
     std::string bytes(content_->Peek(count));
     if (!Skip(count)) return std::nullopt;
@@ -319,7 +319,7 @@ class Walk {
     return text->substr(0, tag->size);
   }
 
-  /// Empty if there are none, or more than any matrix has.
+  /// The integers of an element; empty if there are none, or more than a matrix has dimensions.
   std::vector<std::uint32_t> TakeNumbers(std::uint64_t* left) {
     constexpr std::size_t kMost = 32;  // NumPy's limit; MATLAB states none.
     const auto tag = TakePlainTag(left);
@@ -418,7 +418,7 @@ VariableFile Open5(const std::string& path, ByteStream* bytes, bool is_swapped) 
 
 // ------------------------------------------------------------------------------------ version 7.3
 
-/// An open object of the library.
+/// An open object of the HDF5 library.
 class Handle {
  public:
   explicit Handle(hid_t id) : id_(id) {}

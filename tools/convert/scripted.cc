@@ -37,8 +37,8 @@ namespace {
 /// pipe: a letter, then JSON, or the numbers of a row.
 class NodeLog {
  public:
-  /// `request`: {"format": "ulog", "input": …} and the options of the format's script. Error: it
-  /// cannot be started.
+  /// `request`: {"format": "ulog", "input": …} and the options of the format's script. Error: the
+  /// script cannot be started.
   static Result<std::unique_ptr<NodeLog>> Start(const Json& request) {
     constexpr int kScriptPipe = 3;  // The descriptor in lib/frames.js.
     const std::optional<std::string> script = FindCompanion("../lib/read.js");
@@ -149,7 +149,7 @@ class ScriptedRecording {
     return {};
   }
 
-  /// The index of a table, a time, three readings and a temperature.
+  /// Adds a row: the index of a table, a time, three readings and a temperature.
   void TakeRow(std::string_view row) {
     const char* at = row.data();
     const auto take = [&](auto* number) {
@@ -192,7 +192,7 @@ class ScriptedRecording {
       device.idle_thermal_slots[*TriadFromName(triad)] = slots.get<std::vector<std::int64_t>>();
     if (said.contains("magnetometerTurn")) {
       const std::array<double, 9> rows = said.at("magnetometerTurn");
-      // It is corrected in its own axes.
+      // Firmware corrects the magnetometer in the sensor's own axes.
       const Eigen::Map<const Eigen::Matrix3d> mount(rows.data());
       device.magnetometer_turn_deg = TurnDegOf(mount.transpose());
       device.magnetometer_mount_deg = TurnDegOf(mount);

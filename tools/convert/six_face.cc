@@ -53,7 +53,7 @@ Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder)
   return found;
 }
 
-/// The contents of one file: readings by time, so that triads of other rates are assigned to rows.
+/// The contents of one file: readings by time, so that triads of different rates can share rows.
 struct Rest {
   struct Row {
     std::array<double, 9> readings{};

@@ -50,12 +50,12 @@ struct Sentence {
   std::string_view body;  ///< After that comma, up to `*`.
   Checksum checksum = Checksum::kNone;
   const SentenceKind* kind = nullptr;  ///< With readings; null: another kind.
-  bool is_named = false;               ///< Its name is reliable, so that it fixes its turn.
+  bool is_named = false;               ///< The name is reliable and fixes its place in the order.
   std::vector<double> numbers;         ///< Empty unless all are valid.
   bool has_appended = false;           ///< A status or counter follows the numbers.
 };
 
-/// Replaces a checksum that was not computed.
+/// Stands for a checksum that the unit did not compute.
 constexpr std::string_view kNotCounted = "XX";
 
 std::uint8_t XorOf(std::string_view text) {
@@ -351,7 +351,7 @@ Result<double> RateOf(const Arguments& arguments) {
                "--columns=" + PrintableLine(text) + ": expected a rate, as in time=40Hz");
 }
 
-/// The rows of one kind. An invalid sentence still takes its sample time.
+/// The rows of one kind. An invalid sentence still takes up the time of a sample.
 struct Route {
   const SentenceKind* kind = nullptr;
   Table* table = nullptr;

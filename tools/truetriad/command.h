@@ -25,15 +25,15 @@ struct VerbResult {
   int exit_code = kExitGood;
   std::string text = {};         ///< On stdout, for people.
   Json result = Json::object();  ///< With --json, for programs.
-  /// Notes, and why the result is incomplete, for both.
+  /// Notes, and reasons why the result is incomplete, for people and for programs.
   Findings findings = {};
-  /// Text for stderr, too: why the result is incomplete.
+  /// Why the result is incomplete, as text that is also printed on stderr.
   std::string failure = {};
-  /// Whether the result can be used and why not, where the verb judges that.
+  /// Whether the result can be used and why not, if the verb judges that.
   std::optional<Outcome> outcome = {};
-  /// The verdict on the unit, where the verb judges one.
+  /// The verdict on the unit, if the verb judges one.
   std::optional<Verdict> verdict = {};
-  /// The grade of the first line of the text, which sets its colour; unset: none.
+  /// The grade of the text's first line, which sets the line's colour; unset: no colour.
   std::optional<Grade> grade = {};
 };
 
@@ -59,14 +59,14 @@ struct Command {
   std::string_view summary;         ///< The question it answers, half a line.
   std::string_view examples;        ///< Lines that work in the root of the repository.
   std::string_view details = {};    ///< Further help for the user.
-  std::string (*list)() = nullptr;  ///< A text before that which is slow to build.
+  std::string (*list)() = nullptr;  ///< Builds a text before `details`, which takes time.
   /// Names of flags, "input=FILE! set*": `!` follows a required flag, `*` one that may be repeated,
   /// `=` precedes the name of the value if the flag's own description does not begin with it ("LOG:
   /// the log, …"). Words in lower case are all possible values.
   std::string flags = {};
   /// The possible values of flags for which `flags` does not state them.
   std::vector<std::pair<std::string_view, std::vector<std::string>>> values = {};
-  /// Flags that words without a flag set, one each, in this order.
+  /// Flags that are set by words without a flag: one word for each flag, in this order.
   std::vector<std::string_view> words = {};
   /// The meaning of further words: a flag, or the name of something else.
   std::string_view more_words = {};
@@ -79,7 +79,7 @@ std::string GflagsName(std::string_view flag);
 
 std::vector<CommandFlag> FlagsOf(const Command& command);
 
-/// "truetriad evaluate [FILE] [LOG] [flags]": the words set the flags of these names.
+/// The usage line, "truetriad evaluate [FILE] [LOG] [flags]"; words are named as their flags.
 std::string UsageOf(const Command& command);
 
 /// The verbs of this version, in the order of the overview.

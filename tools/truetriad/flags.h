@@ -35,7 +35,7 @@ namespace truetriad {
 /// The items of --set. Unbalanced brackets and quotes are left to the YAML reader to report.
 std::vector<std::string> Overrides();
 
-/// The same with the values of --tag. Error (usage): a tag without value, or of an unknown name.
+/// Overrides(), and the values of --tag. Error (usage): a tag without value, or of an unknown name.
 Result<std::vector<std::string>> OverridesAndTags();
 
 /// The comma-separated values of a flag.
@@ -44,7 +44,7 @@ std::vector<std::string> CommaSeparated(const std::string& values);
 /// The logs of --input (a file whose name has a comma counts as one) and of `words`.
 std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
 
-/// The names of things that have one.
+/// The names of all `things`.
 template <typename Things>
 std::vector<std::string> NamesOf(const Things& things) {
   std::vector<std::string> names;
@@ -55,7 +55,7 @@ std::vector<std::string> NamesOf(const Things& things) {
 /// The error for a flag's value: "--jobs=-1 is invalid; expected …".
 Error BadValue(std::string_view flag, const std::string& value, const std::string& what);
 
-/// Error (usage): the value is not one of these; the message ends with `is_not`.
+/// Error (usage): the value is none of `words`; the message ends with `is_not`.
 Status CheckOneOf(std::string_view flag,
                   const std::string& value,
                   const std::vector<std::string>& words,
@@ -67,11 +67,11 @@ Status CheckFailOn(const std::string& word);
 /// Whether --report is true or not given, for verbs that write reports by default.
 Result<bool> StatedReport(const std::string& hint = "");
 
-/// "12" or "0.5". Error (usage) names the flag.
+/// The number in a text, "12" or "0.5". Error (usage): another text; the message names the flag.
 Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text);
 Result<double> ParseReal(const std::string& flag, const std::string& text);
 
-/// "8h", "30m", "1d", "90s" in seconds. Error (usage) names the flag.
+/// Seconds in a text, "8h", "30m", "1d", "90s". Error (usage): as above.
 Result<double> ParseDuration(const std::string& flag, const std::string& text);
 
 /// The value of --instance.
@@ -83,7 +83,7 @@ Result<bool> AllowsOutsideLimits();
 /// The value of --units: each unit applies to the sensor of its quantity, `counts` to all.
 Result<PerTriad<std::optional<std::string>>> ParseUnits();
 
-/// The looks by --interactive.
+/// The looks of reports that --interactive chooses.
 ReportLooks StatedLooks();
 
 /// Plotly's bundle gl3d with its licence; empty if it was missing at build time.

@@ -20,7 +20,7 @@ namespace {
 
 Json OrNull(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// "3 PASS, 1 NO RESULT".
+/// The number of runs for each verdict: "3 PASS, 1 NO RESULT".
 std::string CountsText(const fleet::FleetProgress& progress) {
   std::string text;
   for (const auto& [verdict, count] : progress.verdicts) {
@@ -60,7 +60,7 @@ std::string OverruledText(const std::map<std::string, std::string>& overruled) {
   return text;
 }
 
-/// "B0001, B0002, B0003, …" for `count` units.
+/// The first serial numbers of `count` units: "B0001, B0002, B0003, …".
 std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
   constexpr std::size_t kMostNamed = 3;  // Keeps the text within a line.
   std::string names;

@@ -30,7 +30,7 @@ inline constexpr char kProgressLines[] = "jsonl";
 /// The value of --store, or the one in the output folder.
 std::string StatedStore();
 
-/// Opens the store of --store for reading. `asks`: for SQL of the user, also without --where.
+/// Opens the store of --store for reading. `asks`: the user's SQL will run, even without --where.
 Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks = false);
 
 /// Messages of `fleet run` and `fleet watch` on stderr: with --progress=jsonl a line of JSON for
@@ -47,12 +47,12 @@ class FleetTalk {
   /// `print`: Note or Warn.
   void OnNote(const std::string& note, void (*print)(const std::string&));
 
-  bool is_lines_;  ///< Of JSON.
+  bool is_lines_;  ///< Messages are lines of JSON.
   bool names_all_;
   ProgressLine line_{""};
 };
 
-/// The summary of the units. Exit code 4 with --fail-on=unit if one is not good.
+/// The summary of the units. Exit code 4 with --fail-on=unit if a unit is not good.
 VerbResult FleetResult(const fleet::FleetProgress& progress);
 
 }  // namespace truetriad

@@ -90,7 +90,7 @@ std::string Plain(std::string_view text) {
   return plain;
 }
 
-/// Lines of source code or of a table, not filled.
+/// Lines of source code or of a table, which troff must not re-flow.
 std::string Verbatim(std::string_view lines) {
   return ".PP\n.nf\n" + Plain(lines) + (lines.ends_with('\n') ? "" : "\n") + ".fi\n";
 }

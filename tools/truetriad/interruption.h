@@ -4,7 +4,7 @@
 namespace truetriad {
 
 /// From now on SIGINT and SIGTERM are recorded instead of ending the program, so that it can remove
-/// incomplete files; a second one ends it. An ignored signal (nohup) stays ignored.
+/// incomplete files; a second signal ends it. An ignored signal (nohup) stays ignored.
 void NoteInterruptions();
 
 /// Whether a signal was recorded.

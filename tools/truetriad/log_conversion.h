@@ -10,7 +10,7 @@
 
 #include "truetriad/base/result.h"
 
-// Selects the contents of a log to convert, with --instance and --units of flags.h.
+// Select which contents of a log are converted, as do --instance and --units of flags.h.
 DECLARE_string(topic);
 DECLARE_string(columns);
 
@@ -26,7 +26,7 @@ struct ProgramRun {
   std::string out, err;
 };
 
-/// Runs a program to its end. `captures` its output. Error: it could not run.
+/// Runs a program to its end. `captures`: its output is not shown. Error: it could not run.
 Result<ProgramRun> RunProgram(const std::string& program,
                               const std::vector<std::string>& arguments,
                               bool captures);
@@ -42,7 +42,7 @@ struct LogFormat {
 /// The format of a log, or of a folder of a log's files, by its first bytes; null: another format.
 const LogFormat* LogFormatOf(const std::string& log);
 
-/// Converts a log into `folder`. Returns recordings by sensor instance, or only --instance.
+/// Converts a log into `folder`. Returns the recordings by sensor instance, or that of --instance.
 Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
                                                 const std::string& log,
                                                 const std::string& folder);

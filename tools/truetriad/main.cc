@@ -31,7 +31,7 @@
 namespace truetriad {
 namespace {
 
-/// Flags of every verb; v is glog's: the library's logging level.
+/// Flags of every verb; `v` belongs to glog and sets the logging level of the library.
 constexpr std::array<std::string_view, 3> kCommonFlags = {"v", "json", "quiet"};
 
 bool IsCommon(std::string_view name) {
@@ -91,7 +91,7 @@ class FlagSetter {
   FlagSetter(const Command& command, const std::vector<std::string>& arguments)
       : command_(command), arguments_(arguments) {}
 
-  // Guards the given values except those of outputs; a value that is no file is no input.
+  // Guards input files against being replaced: all given values except outputs, if they are files.
   void GuardInputs() const {
     for (const std::string& name : given_) {
       std::string value;
@@ -128,7 +128,7 @@ class FlagSetter {
   }
 
  private:
-  // Assigns a word to the next flag that is not given; further words are collected.
+  // Assigns a word to the verb's next flag that is not given; further words are collected.
   Status TakeWord() {
     const std::string& word = arguments_[at_];
     for (const std::string_view name : command_.words) {
@@ -163,7 +163,7 @@ class FlagSetter {
     return Give(*flag, "");
   }
 
-  // A value may begin with a hyphen.
+  // Whether an argument is a flag and not the value of one, which may begin with a hyphen, too.
   bool IsAnotherFlag(const std::string& argument) const {
     const std::optional<StatedFlag> stated = ParseFlag(argument);
     return stated && (argument.starts_with("--") || FindFlag(command_, stated->name).has_value());
@@ -256,7 +256,7 @@ int Show(std::string_view verb, const VerbResult& result) {
   return result.exit_code;
 }
 
-/// Checked before flags are parsed, so that an error about them has the requested form.
+/// Whether --json is given; asked before flags are parsed, so that errors about them are JSON, too.
 bool AsksForJson(const std::vector<std::string>& arguments) {
   return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
     return argument == "--json" || argument == "--json=true";
@@ -308,8 +308,8 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
   return exit_code;
 }
 
-// Freed memory is used again soon: pages that are kept need not be cleared and mapped anew, which
-// took a tenth of the time of a calibration.
+// Freed memory is used again soon: if pages are kept, they need not be mapped and cleared anew,
+// which took a tenth of the time of a calibration.
 void KeepFreedMemory() {
   constexpr int kMiB = 1 << 20;  // Thresholds of 32 MiB keep whole blocks.
   mallopt(M_MMAP_THRESHOLD, 32 * kMiB);

@@ -31,15 +31,15 @@ std::optional<Calibration> CalibrationIn(const std::string& file);
 /// Error (bad input), unless --overwrite is given: `file` is a calibration of another unit than
 /// `serial`. A calibration without serial number, or another file, is not protected.
 Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
-/// Likewise: `file` holds `there`, which is of other sensors than `calibration`.
+/// Error as above: `file` holds the calibration `there`, of other sensors than `calibration`.
 Status CheckMayReplace(const std::string& file,
                        const std::optional<Calibration>& there,
                        const Calibration& calibration);
-/// Likewise: `file`, which an export would replace, is not an export of the unit.
+/// Error as above: `file`, which an export would replace, is not an export of the unit.
 Status CheckIsExport(const std::string& file, const std::string& serial);
 
-/// The new name of a result NAME + `rest` that must be kept: NAME.previous + `rest`, or if an
-/// earlier result there holds more than it, NAME.previous-2 + `rest`, and so on.
+/// The suffix for a result NAME + `rest` that must be kept as NAME + suffix + `rest`: ".previous",
+/// or ".previous-2" and so on if an earlier result of that name holds more than this one.
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest);
 /// Renames the files `names` that a new result must not replace: calibration.yaml in `directory`
 /// becomes calibration.previous.yaml, with a note.
@@ -51,7 +51,7 @@ Status EnsureFolderOf(const std::string& file);
 /// The path of a file in the folder that --output names.
 std::string InOutput(const std::string& name);
 
-/// Error: the result could not be written. Checked before the work; creates nothing.
+/// Error: a result below `directory` could not be written. Asked before work; creates nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
 
 /// Writes the page for --report, if given, and records it in the result.

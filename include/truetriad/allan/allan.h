@@ -33,28 +33,28 @@ struct AllanPoint {
   double tau_s = 0.0;
   Interval deviation;  ///< Raw unit.
   double degrees_of_freedom = 0.0;
-  std::int64_t terms = 0;  ///< Second differences averaged.
+  std::int64_t terms = 0;  ///< Number of second differences averaged.
 };
 
 /// The minimum of an Allan deviation and the flicker noise that follows from it: B = minimum /
 /// 0.664, 0.664 = sqrt(2 ln 2 / pi). IEEE Std 952-1997, C.1.3.
 struct BiasInstability {
   Interval coefficient;  ///< B, raw unit.
-  Interval minimum;      ///< Of the deviation, raw unit.
-  double tau_s = 0.0;    ///< Where it is.
-  bool at_end = false;   ///< Still falling at the longest tau: B is an upper bound.
+  Interval minimum;      ///< Of the deviation curve, raw unit.
+  double tau_s = 0.0;    ///< tau of the minimum.
+  bool at_end = false;   ///< The deviation still falls at the longest tau: B is an upper bound.
 };
 
-/// One axis of one triad. Coefficients as in IEEE Std 952-1997, annex C, for a reading in raw units
-/// that is a rate (bias-like quantity):
+/// The Allan deviation of one axis of one triad. Coefficients as in IEEE Std 952-1997, annex C,
+/// with the reading, raw unit, as the rate:
 ///
 ///   sigma^2(tau) = 3 Q^2 / tau^2 + N^2 / tau + (2 ln 2 / pi) B^2 + K^2 tau / 3
 struct AllanAxis {
   std::vector<AllanPoint> points;  ///< Ascending in tau.
   std::optional<Interval>
       white_density;  ///< N, raw unit / sqrt(Hz): value at tau = 1 s of slope -1/2.
-  /// Range of tau that N was fitted over: the one given, else that in which white noise is more
-  /// than half of the fitted variance.
+  /// Range of tau over which N was fitted: as given, else where white noise is more than half of
+  /// the fitted variance.
   std::optional<std::array<double, 2>> white_range_s;
   std::optional<BiasInstability> instability;
   std::optional<Interval>
@@ -69,10 +69,10 @@ struct AllanTriad {
   double rate_hz = 0.0;
   std::int64_t samples = 0;
   double duration_s = 0.0;
-  std::int64_t filled_samples = 0;  ///< Interpolated over short gaps.
+  std::int64_t filled_samples = 0;  ///< Missing samples of short gaps, interpolated.
   std::int64_t breaks = 0;          ///< Longer gaps, across which nothing is differenced.
-  /// What shows that the unit was not at rest; empty: it was. A disturbed triad has its curves, but
-  /// no coefficients, since they would describe the motion.
+  /// The evidence that the unit was not at rest; empty: it was at rest. A disturbed triad has its
+  /// curves, but no coefficients, since they would describe the motion.
   std::string disturbance;
   std::array<AllanAxis, 3> axes;
   std::vector<std::string> warnings;
@@ -83,11 +83,11 @@ struct AllanTriad {
 struct AllanResult {
   std::string source;
   std::string serial;
-  Tags tags;  ///< Of the recording; a file keeps only the firmware's numbers of its sensors.
+  Tags tags;  ///< Of the recording; an Allan file keeps only `firmware` and `device_ids`.
   std::vector<InputFile> inputs;
   std::vector<AllanTriad> triads;
 
-  /// Of all triads.
+  /// Whether every triad was at rest.
   bool at_rest() const {
     return std::all_of(
         triads.begin(), triads.end(), [](const AllanTriad& triad) { return triad.at_rest(); });
@@ -103,7 +103,7 @@ struct AllanResult {
 struct AllanOptions {
   /// Rate of a recording without time, Hz. 0: the recording has time. Range: >= 0.
   double rate_hz = 0.0;
-  /// Range of tau over which N is fitted, seconds; unset: where the slope is -1/2.
+  /// Range of tau over which N is fitted, seconds; unset: as AllanAxis::white_range_s.
   std::optional<std::array<double, 2>> white_range_s;
 };
 

@@ -7,7 +7,7 @@
 
 namespace truetriad {
 
-/// A value that may be missing, as in std::optional, but whose memory is allocated only where it is
+/// A value that may be missing, as in std::optional, but whose memory is allocated only if it is
 /// present: for a large member that most of many thousand objects lack. Copies are deep.
 template <typename T>
 class Boxed {

@@ -20,7 +20,7 @@ enum class ErrorKind {
 
 /// The reason of a failure; docs/reasons.md lists all. Their names are never changed.
 enum class ErrorCode {
-  // Of the call.
+  // Errors of the call.
   kUnknownVerb,
   kUnknownFlag,
   kMissingArgument,
@@ -31,7 +31,7 @@ enum class ErrorCode {
   kInvalidExperiment,
   kNothingToEstimate,
   kMissingProgram,
-  // Of files.
+  // Errors of files.
   kUnreadableFile,
   kEmptyFile,
   kDamagedFile,
@@ -42,7 +42,7 @@ enum class ErrorCode {
   kMissingKey,
   kInvalidValue,
   kConflictingKeys,
-  // Of tables.
+  // Errors of tables.
   kNoHeader,
   kMissingColumn,
   kDuplicateColumn,
@@ -54,7 +54,7 @@ enum class ErrorCode {
   kUnreadableNumber,
   kValueOutOfRange,
   kTooMany,
-  // Of readings.
+  // Errors of readings.
   kMissingTime,
   kTimeGoesBack,
   kMissingTemperature,
@@ -68,20 +68,20 @@ enum class ErrorCode {
   kDoesNotMatch,
   kOtherDevice,
   kStationNotChecked,
-  // Of calibrations.
+  // Errors of calibrations.
   kCalibrationNotUsable,
   kOutsideLimits,
   kNotRepresentable,
   kSingularMatrix,
-  // Of this machine.
+  // Errors of this machine.
   kOutputInTheWay,
   kCannotWrite,
   kStopped,
   kSystemFailure,
   kBrokenInstallation,
-  // Of the data.
+  // Errors of the data.
   kNotEnoughData,
-  // Of the fleet.
+  // Errors of the fleet.
   kStoreFailure,
 };
 
@@ -130,7 +130,7 @@ struct Error {
   FilePlace place = {};
   /// For a usage error, the key of the experiment that it is about ("sensors.gyroscope"), or empty.
   std::string key = {};
-  /// For data that are not enough, the same reason as a finding for programs, where there is one.
+  /// If data are not enough, the reason as a finding, for programs; null if there is none.
   std::shared_ptr<const Finding> finding = {};
 };
 

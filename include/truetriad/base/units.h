@@ -20,7 +20,7 @@ inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;  ///< 1 / kRadPer
 
 inline constexpr double kAbsoluteZeroDegc = -273.15;  ///< Definition of the degree Celsius.
 
-/// The unit of a triad's raw readings. Truth is m/s^2, rad/s, uT; raw keeps this unit.
+/// The unit of a triad's raw readings. Truth is in m/s^2, rad/s or uT; raw stays in this unit.
 struct Unit {
   std::string name;  ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
   double truth_per_raw =

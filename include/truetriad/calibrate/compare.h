@@ -11,12 +11,12 @@
 
 namespace truetriad {
 
-/// Two calibrations of one unit, after taking out the gauge.
+/// One parameter of two calibrations of one unit, both in the same body frame.
 struct ComparisonEntry {
   std::string parameter;
   double a = 0.0, b = 0.0;
   double difference = 0.0;
-  double sigma = 0.0;  ///< Of the difference, the two taken as independent.
+  double sigma = 0.0;  ///< σ of the difference, the two taken as independent.
 };
 struct Comparison {
   std::vector<ComparisonEntry> entries;
@@ -24,7 +24,7 @@ struct Comparison {
   int dof = 0;
   double p_value = 1.0;
   double largest_in_sigmas = 0.0;
-  /// What only one of the two holds, or both without a σ, in words; it is not compared.
+  /// What is not compared, in words: what only one of the two holds, or both without a σ.
   std::vector<std::string> not_compared;
   /// The strength of the field was a convention in one of the two: the common scale of the
   /// magnetometer was taken out.
@@ -40,7 +40,7 @@ enum class Agreement {
   kAgree,        ///< p of all differences together is at least kAgreementProbability.
   kDiffer,
 };
-/// Two calibrations of an unchanged unit differ by chance once in a hundred.
+/// Of the pairs of calibrations of an unchanged unit, one in a hundred counts as kDiffer by chance.
 inline constexpr double kAgreementProbability = 0.01;
 Agreement AgreementOf(const Comparison& comparison);
 std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
@@ -49,7 +49,7 @@ std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agre
 /// large: they were made from the same readings.
 bool IsTooAlike(const Comparison& comparison);
 
-/// The entry that differs by the most σ; null where none has a σ.
+/// The entry that differs by the most σ; null if none has a σ.
 const ComparisonEntry* LargestOf(const Comparison& comparison);
 
 Result<Comparison> Compare(const Calibration& a, const Calibration& b);

@@ -17,39 +17,39 @@ namespace truetriad {
 struct EvaluatedTurns {
   Triad against = Triad::kAccelerometer;  ///< Whose direction is predicted.
   int count = 0;
-  std::vector<double> errors_rad;  ///< Of each turn.
+  std::vector<double> errors_rad;  ///< Error of each turn.
   double rms_rad = 0.0;
   double median_rad = 0.0;
-  /// With the nominal gains of the gyroscope's unit and its mean at rest as bias, the accelerometer
-  /// calibrated; unset for counts.
+  /// RMS and median for an uncalibrated gyroscope (its unit's nominal gains, its mean at rest as
+  /// bias) beside the calibrated accelerometer; unset for counts.
   std::optional<double> nominal_rms_rad, nominal_median_rad;
-  double predicted_rms_rad = 0.0;  ///< By noise and parameter σ.
+  double predicted_rms_rad = 0.0;  ///< Expected from noise and parameter σ.
 };
 
 /// Prediction error of an existing calibration on poses that it has not seen.
 struct EvaluationSummary {
-  /// The calibration was made from these poses: what it left out is left out, and the errors are no
-  /// prediction errors.
+  /// The calibration was made from these poses: poses that it left out are left out here, and the
+  /// errors are no prediction errors.
   bool is_own = false;
   int poses = 0;
-  int clamped_poses = 0;  ///< Outside the calibrated temperatures: evaluated at their end.
+  int clamped_poses = 0;  ///< Outside the calibrated temperatures; evaluated at the nearest one.
   /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
   PerTriad<std::optional<double>> norm_rms;
-  /// There is no reference, so the errors are about their mean: the calibration states no strength
-  /// of the field, or is a sweep's without a bias of its own.
+  /// The errors are about their mean for lack of a reference: the calibration states no field
+  /// strength, or is a sweep's without a bias of its own.
   PerTriad<bool> about_mean{};
-  PerTriad<std::optional<double>> norm_rms_before;  ///< The same, uncalibrated, where units allow.
-  PerTriad<std::optional<double>> predicted_rms;    ///< By noise and parameter σ.
-  /// RMS of all errors whitened by noise and parameter covariance jointly: 1 as predicted. Unlike
-  /// the ratio of the two RMS it counts an error that all poses share, such as gravity's, once.
+  PerTriad<std::optional<double>> norm_rms_before;  ///< norm_rms uncalibrated, if units allow it.
+  PerTriad<std::optional<double>> predicted_rms;    ///< Expected from noise and parameter σ.
+  /// RMS of all errors, whitened by noise and parameter covariance jointly: 1 if as predicted.
+  /// Unlike norm_rms / predicted_rms it counts an error that all poses share, as gravity's, once.
   PerTriad<std::optional<double>> error_ratio;
-  /// Degrees of freedom of the noise estimate behind the prediction; zero where it was stated.
+  /// Degrees of freedom of the noise estimate behind the prediction; zero if the noise was stated.
   PerTriad<double> noise_dof{};
   /// Standard deviation of the angle between field and gravity, zero in a uniform field; unset for
-  /// fewer than two poses with both sensors. The one predicted by noise and parameter σ, and the
-  /// ratio as in `error_ratio`.
+  /// fewer than two poses with both sensors. Beside it the standard deviation that noise and
+  /// parameter σ predict, and the ratio as in `error_ratio`.
   std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
-  std::vector<double> angles_rad;  ///< At each of the poses.
+  std::vector<double> angles_rad;  ///< Angle between field and gravity, pose by pose.
   /// Sensors that the calibration covers and of which the poses have no reading.
   std::vector<Triad> not_tested;
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
@@ -61,7 +61,7 @@ enum class PredictionVerdict {
   kNotEvaluated,  ///< No poses of the calibrated sensors.
   kNoTest,        ///< The calibration was made from this recording.
   kNoPrediction,  ///< There is no σ to compare with.
-  kAsPredicted,   ///< At most kExpectedErrorRatio times, or chance.
+  kAsPredicted,   ///< At most kExpectedErrorRatio times the prediction, or more by chance.
   kWorse,
 };
 /// The ratio of two RMS over a few dozen poses scatters by some 20 %; 1.5 is over twice that.
@@ -69,7 +69,7 @@ inline constexpr double kExpectedErrorRatio = 1.5;
 PredictionVerdict VerdictOf(const EvaluationSummary& evaluation);
 /// "not-evaluated", "no-test", "no-prediction", "as-predicted", "worse".
 std::string_view PredictionVerdictName(PredictionVerdict verdict);
-/// The worst ratio of an error to the one predicted; unset where nothing was.
+/// The largest ratio of an error to its prediction; unset if nothing was predicted.
 std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation);
 
 /// True units per count, where the recording states it.

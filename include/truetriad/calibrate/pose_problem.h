@@ -22,13 +22,13 @@ namespace truetriad {
 ///   ceres::Solve(options, &problem->ceres_problem(), &summary);
 ///   problem->Model(Triad::kAccelerometer);
 ///
-/// Residuals are whitened (unit variance); yours should be, too. It stands at the solution without
-/// your addition: outliers have lost their weight, the noise is settled, and both stay so.
+/// Residuals are whitened (unit variance); yours should be, too. The problem starts at the solution
+/// without your addition: outliers have lost their weight, the noise is settled, and both stay so.
 /// See examples/known_angle.cc.
 class PoseProblem {
  public:
-  /// Calibrates as Calibrate does. Error: as Calibrate; not enough where that is not usable, or for
-  /// motion, sweeps and models to be chosen, which are no problem of this kind.
+  /// Calibrates as Calibrate does. Error: as Calibrate; not enough if the calibration is not
+  /// usable, or for motion, sweeps and models to be chosen, which are no problem of this kind.
   static Result<PoseProblem> Create(const PoseSet& poses, const CalibrateOptions& options);
 
   PoseProblem(PoseProblem&&) noexcept;
@@ -37,15 +37,15 @@ class PoseProblem {
 
   ceres::Problem& ceres_problem();
 
-  /// Parameter blocks of the problem; null where it has none.
+  /// Parameter blocks of the problem; null if it has no such block.
   double* Bias(Triad triad);         ///< 3, raw unit.
   double* Sensitivity(Triad triad);  ///< 9, raw per true unit, column by column.
-  /// Of PoseSet::poses[pose]: quaternion x y z w, world <- body. Null too where the pose is seen by
-  /// one vector sensor alone, so that only a direction is known of it.
+  /// Attitude at PoseSet::poses[pose]: quaternion x y z w, world <- body. Null, too, if only one
+  /// vector sensor has readings of the pose, which show a direction but no attitude.
   double* Attitude(std::size_t pose);
 
-  /// As the blocks are now, in the frame that is solved in (gauge accel-x, or the fixture's), at
-  /// the reference temperature. Range: a triad that is calibrated.
+  /// The triad's model by the blocks' present values, in the frame of the solution (gauge accel-x,
+  /// or the fixture's), at the reference temperature. Range: a triad that is calibrated.
   TriadModel<double> Model(Triad triad) const;
 
  private:

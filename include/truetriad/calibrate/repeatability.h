@@ -17,7 +17,7 @@ struct Repeatability {
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
 
 /// The calibration conditioned on this value of gravity: gravity's error, which two calibrations of
-/// one place share, is then no uncertainty of their difference. Unchanged where gravity was exact.
+/// one place share, is then no uncertainty of their difference. Unchanged if gravity was exact.
 Calibration AtGravity(double gravity_mps2, Calibration calibration);
 
 }  // namespace truetriad

@@ -21,18 +21,18 @@ std::string_view BetterName(Better better);
 
 /// One kind of error of two calibrations on the same poses, an RMS each.
 struct ErrorOfTwo {
-  /// "accelerometer": its length less gravity; "accelerometer-spread": about the mean length;
-  /// likewise "magnetometer"; "angle": field to gravity about its mean; "gyroscope": its rate at
-  /// rest; "turn": the direction after each turn.
+  /// "accelerometer": length of its reading less gravity; "accelerometer-spread": that length about
+  /// its mean; likewise "magnetometer"; "angle": field to gravity about its mean; "gyroscope": its
+  /// rate at rest; "turn": the direction after each turn.
   std::string_view name;
   std::string_view unit;  ///< "mm/s^2", "uT", "deg", "deg/s".
   double a = 0.0, b = 0.0;
   int count = 0;  ///< Poses, or turns.
   /// Neither unless the errors differ by 10 % and by more than chance, accelerometer lengths also
-  /// by more than 2 σ of gravity. The field's length never decides: its place may be another.
+  /// by more than 2 σ of gravity. The field's length never decides: fields differ by place.
   Better better = Better::kNeither;
 
-  /// How many times as large the larger one is.
+  /// The larger error as a multiple of the smaller.
   double times() const { return a < b ? b / a : a / b; }
 };
 
@@ -41,15 +41,15 @@ struct ErrorOfTwo {
 struct SideBySide {
   EvaluationSummary a, b;
   std::vector<ErrorOfTwo> errors;
-  /// References of the lengths: those that a calibration of this program states take precedence
-  /// over those that an imported one assumes. An unset field is replaced by each one's mean.
+  /// References of the lengths: what a calibration of this program states takes precedence over
+  /// what an imported one assumes. An unset field is replaced by each calibration's mean length.
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> field_ut;
 };
 Better BetterOf(const SideBySide& both);
 
-/// `is_own`: whether a and b were made from `poses`; what either left out of them is left out for
-/// both. Errors: as Evaluate.
+/// `is_own`: whether a and b were made from `poses`; poses that either of them left out are left
+/// out for both. Errors: as Evaluate.
 Result<SideBySide> EvaluateSideBySide(const Calibration& a,
                                       const Calibration& b,
                                       const PoseSet& poses,

@@ -19,8 +19,8 @@ struct KnownMotionsConfig {
   std::string turns_file;  ///< Resolved against the experiment file; empty when not given.
   double turn_sigma_deg = 0.5;
   double turn_axis_sigma_deg = 1.0;
-  std::vector<std::string> held_out_turns;  ///< By their ids; "all": every one.
-  std::string rates_file;                   ///< As turns_file.
+  std::vector<std::string> held_out_turns;  ///< Ids of the turns; "all": every turn.
+  std::string rates_file;                   ///< Resolved as turns_file.
   double rate_sigma_degps = 0.0;
   double rate_axis_sigma_deg = 0.0;
   bool rate_axes_known = true;
@@ -38,14 +38,14 @@ struct ExcludedSeconds {
 
 /// `poses:` of an experiment.
 struct PosesConfig {
-  /// Detection unless stated; kRanges reads `file`.
+  /// Static detection unless stated; kRanges reads `file`.
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   bool given = false;  ///< The experiment has a `poses:` key (else a manifest's own is used).
   std::int64_t every = 0;
   std::string column;
   std::string file;                ///< Resolved against the experiment file.
-  double motion_spacing_s = 0.1;   ///< Of kMotion.
-  SweepWindows sweep;              ///< For kSweep; `file` has the places of its attitudes, if set.
+  double motion_spacing_s = 0.1;   ///< MotionOptions::spacing_s of kMotion.
+  SweepWindows sweep;              ///< For kSweep; `file`, if set, lists its attitudes.
   bool moves = false;              ///< Also keeps the gyroscope's readings between poses.
   bool ignores_gyroscope = false;  ///< The gyroscope takes no part in finding rests.
   KnownMotionsConfig known_motions;
@@ -83,15 +83,14 @@ struct Experiment {
   std::string model;
   Tags tags;
   std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
-  /// The undisturbed field there, where the position has a longitude and a date; it is the
-  /// reference only where the site is stated as clean. Where it is unset, `no_earth_field` says
-  /// why.
+  /// The undisturbed field at the position, if that has a longitude and a date; it is the reference
+  /// only if the site is stated as clean. If unset, `no_earth_field` says why.
   std::optional<EarthField> earth_field;
   std::string no_earth_field;
   CalibrateOptions options;
   PosesConfig poses;
   std::vector<int> exclude_poses;    ///< Numbers of poses that are left out.
-  std::string exclude_poses_stated;  ///< Their place, for messages.
+  std::string exclude_poses_stated;  ///< Where they are stated, for messages.
   std::string static_file;           ///< `static:`, resolved; empty when not given.
   bool reference_given = false;      ///< `reference.temperature_degc` is stated, not the default.
   std::string attitudes_file;        ///< `attitudes: {file: …}`, resolved; empty when not given.
@@ -102,8 +101,8 @@ struct Experiment {
   PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
   std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration ignores.
   std::string forces_file;  ///< `initialise: {forces: …}`, resolved; empty when not given.
-  /// The experiment with every default written out and presets filled in; paths are as written. It
-  /// reads back as an experiment with the same options.
+  /// The experiment as YAML text, with every default written out and presets filled in; paths are
+  /// as written. It reads back as an experiment with the same options.
   std::string resolved_yaml;
   std::shared_ptr<const ExperimentDraft> draft;  ///< The source of resolved_yaml.
 };
@@ -118,7 +117,7 @@ std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOpti
 /// The experiment with other `time_offset_s`, also in its `resolved_yaml`.
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
-/// The same with poses of another kind: kDetect, kEveryRow or kMotion.
+/// The experiment with poses of another kind: kDetect, kEveryRow or kMotion.
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
 
 /// The experiment for a recording that has only these sensors: its keys for the others are removed,
@@ -129,12 +128,12 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
 /// empty: not given. Error (usage): anything else.
 Result<PosesConfig> ParsePoses(const std::string& text);
 
-/// Sets the time offsets and the treatment of time stamps that the experiment inside a calibration
-/// has: clocks belong to the unit.
+/// Sets the time offsets and the treatment of time stamps in `poses` to those of the experiment
+/// inside a calibration: clocks belong to the unit.
 void TakeClocks(const Calibration& calibration, PosesConfig* poses);
 
-/// An error (usage) about keys of the experiment, with file and line of the key that it is about;
-/// other errors stay as they are.
+/// A usage error with file and line of the experiment's key that it is about (Error::key); other
+/// errors stay as they are.
 Error AtItsKey(const Experiment& experiment, const Error& error);
 
 /// Reads an experiment, or the one inside a calibration.yaml.
@@ -147,7 +146,7 @@ Error AtItsKey(const Experiment& experiment, const Error& error);
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 
-/// The same for the text of an experiment that is to be written to `path`.
+/// As ReadExperiment, for the text of an experiment that is to be written to `path`.
 Result<Experiment> ReadExperimentText(const std::string& text,
                                       const std::string& path,
                                       const std::vector<std::string>& overrides = {});

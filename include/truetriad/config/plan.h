@@ -15,7 +15,7 @@ namespace truetriad {
 /// `plan: { nominal: { <sensor>: … } }`: the approximate properties of the unit.
 struct NominalSensor {
   std::optional<Unit> unit;                        ///< Of future readings; default: true unit.
-  std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; default: its scale.
+  std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; default: unit's scale.
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< Raw.
 };
 
@@ -23,7 +23,7 @@ struct NominalSensor {
 struct PlanConfig {
   PlanConfig() { options.random_draws = 200; }
 
-  PlanOptions options;          ///< With the values that the block states.
+  PlanOptions options;          ///< Has the values that `plan:` states.
   std::string program;          ///< A program to judge instead; resolved; empty when not given.
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
   PerTriad<NominalSensor> nominal;

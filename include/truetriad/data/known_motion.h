@@ -26,8 +26,8 @@ struct TimeRange {
 struct MotionPlace {
   RowSpan rows;
   TimeRange times;
-  /// Without rows and times: StaticPose::number. A rate was held in that pose; a turn leads from it
-  /// into the next one.
+  /// If neither rows nor times are stated: StaticPose::number. A rate was held in that pose; a turn
+  /// leads from it into the next one.
   int pose = 0;
   std::string stated_in;  ///< Where it is stated, for messages: "turns.yaml:3"; may be empty.
   bool is_pose() const { return rows.empty() && times.empty(); }
@@ -40,7 +40,7 @@ struct StatedTurn {
   /// Stated axis of the turn: unit vector, body frame, right-handed.
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
   double angle_rad = 0.0;  ///< Whole turns count: 4 pi is two turns.
-  /// σ about each axis of the attitude after the turn beside the stated angle. Range: > 0.
+  /// σ about each axis of the attitude that the stated angle predicts after the turn. Range: > 0.
   double sigma_rad = 0.0;
   /// σ of the direction of the axis, about each axis perpendicular to it. Range: > 0.
   double axis_sigma_rad = 0.0;
@@ -52,7 +52,7 @@ struct StatedTurn {
 struct StatedRate {
   MotionPlace at;
   std::string id;
-  /// Body frame; where the axis is not known only its length has a meaning.
+  /// In the body frame; if the axis is not known, only the length of the vector has a meaning.
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
   /// Covariance of the error of rate_radps, (rad/s)^2; errors of several are independent.

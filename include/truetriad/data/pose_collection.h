@@ -32,12 +32,12 @@ struct PoseRange {
   std::string face_up;
 };
 
-/// How a temperature sweep is cut into windows. At most one of the two lengths is set. Where
-/// neither is, a window ends when the temperature has changed by 1/200 of its range, or 1/400 of
-/// the recording has passed.
+/// How a temperature sweep is cut into windows. At most one of the two lengths is set. If neither
+/// is set, a window ends when the temperature has changed by 1/200 of its range, or 1/400 of the
+/// recording has passed.
 struct SweepWindows {
   double window_s = 0.0;            ///< Range: > 0; 0: not set.
-  std::int64_t window_samples = 0;  ///< Of the leading sensor. Range: >= 1; 0: not set.
+  std::int64_t window_samples = 0;  ///< Of the leading sensor, per window. Range: >= 1; 0: not set.
   bool ambient = false;             ///< The ambient temperature is smoothed beside the unit's own.
 
   bool operator==(const SweepWindows&) const = default;
@@ -51,7 +51,7 @@ struct ExcludedRange {
 
 /// How the times of readings follow from their stamps: `time:` of an experiment.
 enum class TimeStamps {
-  kAuto,       ///< Even where stamps scatter about even times and the readings do not contradict.
+  kAuto,       ///< Even if the stamps scatter about even times and readings do not contradict.
   kAsStamped,  ///< The stamps themselves.
   kRegular,    ///< Even between the gaps, whatever the stamps look like.
 };
@@ -59,22 +59,22 @@ enum class TimeStamps {
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;  ///< Rows per pose, for kEveryN. Range: >= 1.
-  /// For kRanges, in file order. For kSweep the intervals in which an attitude is held; those of
-  /// one id are one attitude; none: one attitude all the time.
+  /// For kRanges: the poses in file order. For kSweep: the intervals in which an attitude is held;
+  /// intervals of one id are one attitude; no interval: one attitude all the time.
   std::vector<PoseRange> ranges;
   SweepWindows sweep;  ///< For kSweep.
-  /// Keep the gyroscope's readings between the poses. Without time there are none.
+  /// Keep the gyroscope's readings between the poses. Not possible without time.
   bool moves = false;
   /// The gyroscope gives no means in poses and no part in their detection, unless it is alone.
   bool ignores_gyroscope = false;
-  /// Known turns and rates. A pose that overlaps a rate is no rest, and a move in which a rate was
-  /// held is not used, so that its readings count once.
+  /// Known turns and rates. A pose that overlaps a stated rate is no rest, and a move in which a
+  /// rate was held is not used, so that its readings count once.
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
   std::vector<ExcludedRange> excluded;
   TimeStamps time_stamps = TimeStamps::kAuto;
   /// By how much the times of each triad are later than the moments of its readings; it is
-  /// subtracted before poses are sought. Needs times where it is not zero.
+  /// subtracted before poses are sought. Needs times unless it is zero.
   PerTriad<double> time_offset_s{};
 
   bool Ignores(Triad triad) const { return ignores_gyroscope && triad == Triad::kGyroscope; }
@@ -84,7 +84,7 @@ struct PoseSelection {
 struct StaticDetectorOptions {
   /// Shortest rest that counts, in seconds, after settling time is cut. Range: > 0.
   double min_duration_s = 1.0;
-  /// A disturbance inside a rest shorter than this does not split it if the attitude is the same.
+  /// A shorter disturbance does not split a rest if the attitude is the same before and after.
   double max_knock_s = 1.5;
   /// The gyroscope's turns between the rests are used; CollectPoses sets it.
   bool has_turns = false;

@@ -8,7 +8,7 @@ namespace truetriad {
 
 /// A place where a recording was joined from pieces, so that no turn may be integrated across it.
 struct RecordingJoint {
-  std::int64_t time_ns = 0;  ///< Of the first reading after the joint.
+  std::int64_t time_ns = 0;  ///< Time of the first reading after the joint.
   std::int64_t row = 0;      ///< Data row of that reading.
   std::string seen;          ///< The evidence for it, in words.
   bool is_told = false;      ///< A finding already reports it.

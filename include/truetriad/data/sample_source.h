@@ -62,7 +62,7 @@ struct SampleBlock {
 
 /// Counts of a stream's rows; complete once Next has returned false.
 struct StreamCounts {
-  std::int64_t samples = 0;        ///< Handed over.
+  std::int64_t samples = 0;        ///< Handed over by Next.
   std::int64_t dropped_empty = 0;  ///< Rows without this triad's fields (a slower sensor) or NaN.
 };
 
@@ -82,7 +82,7 @@ class SampleSource {
 
   virtual StreamCounts counts(Triad triad) const = 0;
 
-  /// Where times restarted and were continued from the last; complete once Next has returned false.
+  /// Where times restarted and were shifted to follow the last; complete once Next returned false.
   virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.

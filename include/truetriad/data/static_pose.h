@@ -32,11 +32,12 @@ struct TriadPose {
   bool has_covariance = false;
   /// Sample covariance inside the rest (one sample's noise), raw unit squared.
   Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
-  /// Mean of its last window of readings less that of its first; zero where it is too short for two
-  /// windows. Divided by the pose's duration it is the mean's derivative by a shift of the clock.
+  /// Mean of the rest's last window less mean of its first; zero if it is too short for two
+  /// windows. Divided by the pose's duration it is the derivative of mean_raw by a shift of the
+  /// clock.
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
-  /// Mean of its first and of its last quarter less that of its middle half, times the duration of
-  /// a quarter, raw unit s, and the σ of both; zero with fewer than 16 windows.
+  /// Mean of the rest's first and of its last quarter less mean of its middle half, times the
+  /// duration of a quarter, raw unit s, and the σ of both; zero with fewer than 16 windows.
   Eigen::Vector3d first_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d quarter_sigma_raw_s = Eigen::Vector3d::Zero();
@@ -51,7 +52,7 @@ struct AttitudeReference {
 /// One rest of the unit: the sufficient statistics of its samples.
 struct StaticPose {
   int number = 0;              ///< 1-based; used in messages and reports.
-  int session = 0;             ///< PoseSet::sessions; 0-based.
+  int session = 0;             ///< Index into PoseSet::sessions.
   std::string id;              ///< Given name, or empty.
   std::int64_t start_ns = 0;   ///< Time of the first sample used; 0 without time.
   std::int64_t end_ns = 0;     ///< Time of the last sample used.
@@ -70,14 +71,14 @@ struct StaticPose {
 
 /// The gyroscope's readings between two consecutive poses, or where a turn is stated.
 struct RecordedMove {
-  std::size_t from = 0;  ///< Index of the pose before it; the one after it is the next.
+  std::size_t from = 0;  ///< Index of the pose before the move; the next pose follows it.
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> gyroscope_raw;
   /// Interpolated to the gyroscope's times; empty without the sensor.
   std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
-  std::optional<Finding> fault;  ///< Why they do not determine the turn.
+  std::optional<Finding> fault;  ///< Why the readings do not determine the turn.
 
-  /// Needs readings.
+  /// Range: at least one reading.
   double duration_s() const { return 1e-9 * static_cast<double>(time_ns.back() - time_ns.front()); }
 };
 
@@ -85,11 +86,11 @@ struct RecordedMove {
 struct ReadingTrack {
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> reading_raw;
-  std::vector<std::int64_t> row;  ///< Of its file, 0-based; kept for the gyroscope only.
+  std::vector<std::int64_t> row;  ///< Rows of its file, 0-based; kept for the gyroscope only.
 };
 
 /// The lowest and the highest reading of each axis in consecutive slices of equal length. A drawing
-/// of a long recording needs no more, and no outlier is lost as it would be by drawing fewer.
+/// of a long recording needs no more, and no outlier is lost, as would be if some were skipped.
 struct ReadingTrace {
   struct Slice {
     Eigen::Vector3f lowest_raw, highest_raw;  ///< Lowest above highest: no reading in it.
@@ -101,9 +102,9 @@ struct ReadingTrace {
 /// The smoothed temperatures of a sweep and the place of its windows in them.
 struct SweepTrack {
   TemperatureTrack temperature;
-  /// At the same times, where SweepWindows::ambient asked for it; NaN where it was not read.
+  /// The ambient one at the same times, if SweepWindows::ambient asked for it; NaN where unread.
   TemperatureTrack ambient;
-  /// Of each pose (window): places in the track [first, last], and the attitude, counted from 0.
+  /// For each pose (window): places in the track [first, last], and the attitude, counted from 0.
   std::vector<std::size_t> first, last;
   std::vector<int> attitude;
   std::vector<std::string> attitude_names;
@@ -147,15 +148,15 @@ struct StreamSummary {
   double repeats = 1.0;
   StampKind stamps = StampKind::kRegular;
   double jitter_s = 0.0;         ///< RMS of the time stamps about even times.
-  bool are_stamps_even = false;  ///< Even times replace the stamps.
-  std::int64_t gaps = 0;         ///< Spacings above 5 usual ones.
+  bool are_stamps_even = false;  ///< Whether even times replace the stamps.
+  std::int64_t gaps = 0;         ///< Spacings above 5 times the usual one.
   double longest_gap_s = 0.0;
-  double longest_gap_at_s = 0.0;  ///< Its beginning, from the stream's first sample.
+  double longest_gap_at_s = 0.0;  ///< Begin of that gap, from the stream's first sample.
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  /// Of the half of all readings whose lengths lie closest together: the length, and as shares of
-  /// it the scatter of the lengths and the range of each axis.
+  /// The half of all readings whose lengths lie closest together: their length and, as shares of
+  /// it, the scatter of their lengths and the range of each axis.
   double length_raw = 0.0;
   double length_scatter = 0.0;
   Eigen::Vector3d length_extent = Eigen::Vector3d::Zero();
@@ -164,9 +165,9 @@ struct StreamSummary {
   Eigen::Vector3d rest_step_raw = Eigen::Vector3d::Zero();
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
-  /// Long-run by white variance inside rests (1 = white); multiplies the variance of means.
+  /// Long-run over white variance inside rests (1 = white); factor of the variance of means.
   Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
-  /// Bound of the shift of all means by one-sided outliers (spikes); zero without.
+  /// Upper bound of the shift of all means by one-sided outliers (spikes); zero without outliers.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
@@ -189,19 +190,19 @@ struct PoseSet {
   PerTriad<ReadingTrace> traces;
   SweepTrack sweep;              ///< Where PoseSelectionKind::kSweep asked for windows.
   std::vector<KnownTurn> turns;  ///< In the order they were stated.
-  std::vector<KnownRate> rates;  ///< Likewise.
+  std::vector<KnownRate> rates;  ///< In the order they were stated.
   std::vector<StreamSummary> streams;
   bool has_time = true;
-  /// Without times: no experiment states that each row is a rest.
+  /// Whether the set has no times and no experiment states that each row is a rest.
   bool rows_may_be_a_log = false;
   std::int64_t start_ns = 0;  ///< Time of the first reading of all.
   double duration_s = 0.0;
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
   std::vector<RecordingJoint> joints;                     ///< In order of time.
-  std::vector<TimeRange> excluded;   ///< Left out: on request, or as duplicates.
+  std::vector<TimeRange> excluded;   ///< Readings left out: on request, or as duplicates.
   PerTriad<double> time_offset_s{};  ///< Already subtracted from the triad's times.
-  /// Remaining delay of a triad's readings against the reference triad, where it is 0.25 s or more.
+  /// Remaining delay of a triad's readings against the reference triad, if it is 0.25 s or more.
   PerTriad<std::optional<double>> clock_lag_s;
   std::string how;    ///< "static detection", "every row", …
   Findings findings;  ///< Clipping, stuck samples, gaps and the like.

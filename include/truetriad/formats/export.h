@@ -19,24 +19,24 @@
 
 namespace truetriad {
 
-/// The arithmetic of a consumer.
+/// The arithmetic of a consumer, the program that uses an exported file.
 enum class Arithmetic { kFloat32, kFloat64, kIntegers };
 
-/// A parameter file that other programs read.
+/// A kind of parameter file that other programs read.
 struct FormatInfo {
   std::string_view name;         ///< "px4", as in --to.
   std::string_view description;  ///< "PX4 parameters (QGroundControl .params)".
   std::string_view file_name;    ///< Default name of such a file: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
-  /// The number of the first of several equal sensors, where one file holds them all.
+  /// The number of the first of several equal sensors, if one file holds them all.
   std::optional<int> first_instance = {};
 };
 
 /// All formats, in the order of the documentation.
 std::vector<FormatInfo> Formats();
 
-/// Error (usage): no such format; says which is nearest.
+/// Error (usage): no such format; the message names the nearest one.
 Result<FormatInfo> InfoOfFormat(std::string_view name);
 
 struct ExportOptions {
@@ -45,7 +45,7 @@ struct ExportOptions {
   /// The name of the file selects a script (.m) or a .mat for MATLAB.
   std::string file_name = {};
   /// The temperature at which a calibration is evaluated for a format that holds only constants,
-  /// degC; unset: the calibration's reference. Range: inside the calibrated one.
+  /// degC; unset: the calibration's reference. Range: inside the calibrated range.
   std::optional<double> temperature_degc = {};
   /// Refuse if some reading has an error above this share of the signal. Range: >= 0.
   std::optional<double> max_loss = {};
@@ -60,13 +60,13 @@ struct ExportOptions {
   /// that of its temperature terms (Tags); unset: those of the calibration, else the first.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
   /// The sets of temperature terms that the consumer does not use (Tags). Enabling the terms of
-  /// this sensor must not enable those.
+  /// this sensor must not enable these sets.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and rates for formats that hold them.
   std::optional<AllanResult> allan = {};
   /// Further lines at the beginning of the files.
   std::vector<std::string> further_comment = {};
-  /// Exports a unit that may not be delivered; the files say so.
+  /// Also exports a unit that may not be delivered; the files say so.
   bool allows_outside_limits = false;
   /// The laboratory and its equipment, for the calibration record.
   std::optional<Laboratory> laboratory = {};
@@ -79,11 +79,11 @@ struct ExportLoss {
   double largest = 0.0;  ///< Largest length of the difference.
   double rms = 0.0;
   /// Largest ratio of the difference to the σ with which the calibration predicts that reading;
-  /// unset when the calibration states none.
+  /// unset if the calibration states none.
   std::optional<double> in_sigmas;
-  /// The same with the temperature changing at rates of the calibration's sweep, up and down, after
-  /// its lags have settled. Set where the format holds no terms in the rate and the calibration
-  /// states the rates. Largest, RMS.
+  /// The difference while the temperature changes at rates of the calibration's sweep, up and down,
+  /// after its lags have settled. Set if the format holds no terms in the rate and the calibration
+  /// states the rates.
   struct AtRates {
     Eigen::Vector2d range_degcps = Eigen::Vector2d::Zero();
     double largest = 0.0;
@@ -103,13 +103,13 @@ struct ExportedFile {
 struct Export {
   std::vector<ExportedFile> files = {};
   PerTriad<std::optional<ExportLoss>> loss = {};
-  std::vector<std::string> notes = {};     ///< What is not held, and what its user must do.
+  std::vector<std::string> notes = {};     ///< What the format cannot hold; what its user must do.
   std::vector<std::string> warnings = {};  ///< What degrades the result.
   Findings findings = {};                  ///< Warnings about sensors.
-  PerTriad<bool> is_turned = {};           ///< Its axes are rotated or swapped.
+  PerTriad<bool> is_turned = {};           ///< The sensor's axes are rotated or swapped.
 };
 
-/// The result of some of a device's sensors, and its folder.
+/// The calibration of one set of a device's sensors, and its folder.
 struct ResultOfInstance {
   const Calibration* calibration = nullptr;
   std::string folder;
@@ -119,9 +119,9 @@ struct ResultOfInstance {
 /// The texts of exported files by their paths.
 struct ExportsBeside {
   std::map<std::string, std::string> files;
-  std::vector<std::string> warnings;  ///< As of Export.
-  Findings findings;                  ///< As of Export; "instance" names the sensors.
-  bool is_whole = true;               ///< Each usable result is in each format.
+  std::vector<std::string> warnings;  ///< As Export::warnings.
+  Findings findings;                  ///< As Export::findings; "instance" names the sensors.
+  bool is_whole = true;               ///< Each usable result was exported to each format.
 };
 
 /// The usable results of a device in each of `formats`: one file beside each result, or, where a
@@ -132,14 +132,14 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    ExportOptions options);
 
 /// Whether a file, whatever its name, is an export of the unit of this serial number (if given) or
-/// of a unit without a serial number. Error (bad input): it cannot be read.
+/// of a unit without a serial number. Error (bad input): the file cannot be read.
 Result<bool> IsExport(const std::filesystem::path& path,
                       const std::optional<std::string>& serial = std::nullopt);
 
 /// Renames each export in `folder` and its subfolders instance-N to NAME.withdrawn (then
-/// NAME.withdrawn-2), unless a file of `written` replaces it, and returns the names. For a folder
-/// whose result changes or may no longer be delivered. Errors (bad input): a folder cannot be
-/// listed, a file cannot be renamed.
+/// NAME.withdrawn-2), unless a file of `written` replaces it, and returns the names. Called for a
+/// folder whose result changes or may no longer be delivered. Errors (bad input): a folder cannot
+/// be listed, a file cannot be renamed.
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written = {});
 
@@ -151,7 +151,7 @@ Result<Export> ExportCalibration(const Calibration& calibration,
                                  const ExportOptions& options = {});
 
 /// Only the noise of `options.allan` as the text of `format`, for uncalibrated sensors: bias zero,
-/// gains one. Errors: as above; no noise.
+/// gains one. Errors: as ExportCalibration; no noise.
 Result<Export> ExportNoise(std::string_view format, const ExportOptions& options);
 
 }  // namespace truetriad

@@ -16,11 +16,11 @@ struct ImportOptions {
   /// The version of the importing program: "0.1.0".
   std::string software_version = {};
   /// Units of the readings for the calibration; unset: true units, or those of the file. Must be
-  /// set when the file does not state them.
+  /// set if the file does not state them.
   PerTriad<std::optional<std::string>> units = {};
   /// The number of one of several equal sensors in the other system's counting; unset: its first.
   std::optional<int> instance = {};
-  /// Selects a sensor by its identification instead, for formats that state one.
+  /// Selects a sensor by its identification instead of `instance`, for formats that state one.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
 };
 

@@ -21,7 +21,7 @@ struct CorrectedLogSummary {
   /// log had not yet stated.
   std::int64_t not_corrected = 0;
   std::vector<Triad> left_out;  ///< Triads of the log that the calibration does not have.
-  /// Mean length of the written readings, m/s^2, uT, rad/s; zero where none was written.
+  /// Mean length of the written readings, m/s^2, uT, rad/s; zero if none was written.
   PerTriad<double> mean_length{};
 };
 
@@ -29,7 +29,7 @@ struct CorrectedLogSummary {
 /// uT), written beside `path` and renamed when complete. There is a row for each time at which some
 /// triad has a sample; fields of the others stay empty. Triads without a calibration are left out
 /// (see the summary). Thermal terms are evaluated at the row's temperature, clamped to the
-/// calibrated range; where they depend on its rate or a lag, temperature is filtered row by row
+/// calibrated range; if they depend on its rate or a lag, temperature is filtered row by row
 /// (model/thermal.h). Error: no triad can be corrected, the calibration is not usable, a unit does
 /// not fit, a temperature column or accelerometer that the calibration needs is missing, bad rows;
 /// `stop`, which is called repeatedly, returned true: no file is left.

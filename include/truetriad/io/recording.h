@@ -16,9 +16,9 @@ namespace truetriad {
 struct OpenRecordingOptions {
   /// Name of the column that numbers poses, if it is not `pose`. Empty: `pose`.
   std::string pose_column;
-  /// Read the ambient temperature too, where there is one.
+  /// Read the ambient temperature too, if the recording has one.
   bool ambient = false;
-  /// Where the time of a single file goes back by over 20 rows, and not again within 20 rows,
+  /// If the time of a single file goes back by over 20 intervals, and not again within 20 rows,
   /// another piece of recording begins: its times are shifted to follow the previous piece, and
   /// SampleSource::joints lists the place. Otherwise times that go back are an error.
   bool may_be_joined = false;

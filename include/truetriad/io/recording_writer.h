@@ -14,9 +14,9 @@ namespace truetriad {
 
 /// The number of digits of a recording, and its files.
 struct RecordingFormat {
-  /// No count: as many digits as read back to the same double, which is slower.
+  /// In place of a number of digits: as many as read back to the same double, which is slower.
   static constexpr int kShortest = -1;
-  int time_decimals = 9;  ///< Of seconds; 9 is exact. Range: -1…9.
+  int time_decimals = 9;  ///< Of times in s; 9 is exact. Range: -1…9.
   PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.
   int temperature_decimals = kShortest;
   /// False: one file per triad, and a manifest.
@@ -24,9 +24,9 @@ struct RecordingFormat {
   std::string comment;  ///< First line of every file, without '#'; empty: none.
 };
 
-/// The number in the file for `value`: the double nearest to its nearest decimal with `decimals`
-/// digits (halves away from zero). `value` itself for kShortest, and where it is so large that a
-/// double does not have such digits.
+/// The number that the file has for `value`: `value` rounded to `decimals` decimals (halves away
+/// from zero), as the nearest double. `value` itself for kShortest, and if it is so large that a
+/// double does not have such decimals.
 double WrittenNumber(double value, int decimals);
 
 /// Streams `source` into files that OpenRecording reads back: `directory`/recording.yaml, a

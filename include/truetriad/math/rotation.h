@@ -6,7 +6,7 @@
 
 namespace truetriad {
 
-/// [v]x with [v]x u = v x u.
+/// The matrix [v]x of the cross product: [v]x u = v x u.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 
 /// Exp: the rotation by |vector| rad about `vector`. It is exact to rounding for every length, zero
@@ -14,7 +14,7 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
 
 /// Log: the rotation vector of `rotation` (a unit quaternion), of length 0…pi; the inverse of
-/// RotationExp. q and -q give the same; at half a turn either of the two vectors may be returned.
+/// RotationExp. q and -q give the same vector; at half a turn either of two may be returned.
 Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation);
 
 /// The shortest rotation that takes the direction of `from` to that of `to`.
@@ -24,7 +24,8 @@ Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vec
 /// Forster et al. 2017, eq. 8.
 Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad);
 
-/// Its inverse: Log(Exp(v) Exp(d)) = v + J_r^-1(v) d to first order in d. Range: |v| < 2 pi.
+/// Inverse of RightJacobian: Log(Exp(v) Exp(d)) = v + J_r^-1(v) d to first order. Range: |v| < 2
+/// pi.
 Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& vector_rad);
 
 }  // namespace truetriad

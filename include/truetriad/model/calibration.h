@@ -27,7 +27,7 @@ std::optional<NoiseSource> NoiseSourceFromName(std::string_view name);
 
 /// Noise of one triad, as used for its weights.
 struct TriadNoise {
-  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS σ of a rest's mean by its noise, raw.
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS over rests of the σ of a mean, raw.
   NoiseSource source = NoiseSource::kStatic;
   double excess_sigma = 0.0;  ///< Pose-to-pose excess σ, isotropic, true unit.
   double excess_dof = 0.0;    ///< Degrees of freedom behind excess_sigma.
@@ -36,7 +36,7 @@ struct TriadNoise {
 };
 
 /// A kink in the bias of one axis over temperature: above `degc` the bias has in addition
-/// slope (T - degc) + curve (T - degc)^2, less the value of this at the reference temperature.
+/// slope (T - degc) + curve (T - degc)^2, less this sum's value at the reference temperature.
 struct ThermalKnot {
   int axis = 0;
   double degc = 0.0;
@@ -47,11 +47,12 @@ struct ThermalKnot {
 struct ThermalTerms {
   double reference_degc = 25.0;
   Eigen::Vector2d range_degc = Eigen::Vector2d::Zero();
-  std::vector<Eigen::Vector3d> bias;                 ///< For tau^1, tau^2, …; raw / degC^i.
-  std::vector<Eigen::Matrix3d> sensitivity;          ///< For tau^1, ….
+  std::vector<Eigen::Vector3d> bias;                 ///< Of tau^1, tau^2, …; raw / degC^i.
+  std::vector<Eigen::Matrix3d> sensitivity;          ///< Of tau^1, …; raw per true unit / degC^i.
   PerRateTerm<std::optional<Eigen::Vector3d>> rate;  ///< raw / (degC/s), …: terms.h.
-  /// First-order lags of each axis, s: of its temperature behind the thermometer, and of the rate
-  /// that its bias follows behind the rate of that temperature. model/thermal.h. Unset: none.
+  /// First-order lags of each axis, s: of the element's temperature behind the thermometer's, and
+  /// of the rate in the bias terms behind the rate of the element's temperature (model/thermal.h).
+  /// Unset: no lag.
   std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
   /// Half-width of the window that smoothed the temperature to obtain its rate, s; 0: not stated.
   double smoothing_s = 0.0;
@@ -65,18 +66,18 @@ struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
   TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), axis terms.
-  /// Body axes along which the sensing axes point, model/mounting.h; as stated, else as found.
+  /// Body axes along which the sensing axes point (model/mounting.h), as stated or else as found.
   Eigen::Matrix3d mounting = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
-  /// Set where the model has the term.
+  /// σ of each axis term's coefficients; unset if the model lacks the term.
   PerAxisTerm<std::optional<Eigen::Vector3d>> axis_term_sigma;
   std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<ThermalTerms> thermal;
   std::optional<double> si_per_count;  ///< True units per count, when the recording stated it.
   TriadNoise noise;
 
-  /// The sensitivity to truth along the intended sensing axes: S transpose(M).
+  /// The sensitivity to truth along the intended sensing axes: S transpose(M), M the mounting.
   Eigen::Matrix3d BySensingAxes() const { return model.sensitivity * mounting.transpose(); }
   /// Gains: the diagonal of S transpose(M), negative for an axis that reads with opposite sign.
   Eigen::Vector3d Scale() const { return BySensingAxes().diagonal(); }
@@ -84,13 +85,13 @@ struct TriadCalibration {
   Eigen::Matrix3d MisalignmentRad() const;
 };
 
-/// Covariance of every entry listed, in the stated gauge; singular where entries are fixed or tied.
+/// Covariance of all `parameters`, in the stated gauge; singular if entries are fixed or tied.
 struct NamedCovariance {
   std::vector<std::string>
       parameters;  ///< "accelerometer.bias.x", "magnetometer.sensitivity.zz", …
   Eigen::MatrixXd matrix;
 
-  /// Standard uncertainty of an entry by its name; zero where it is not listed.
+  /// Standard uncertainty of an entry by its name; zero if it is not listed.
   double Sigma(const std::string& parameter) const;
 };
 
@@ -98,13 +99,13 @@ struct NamedCovariance {
 struct ReferenceValues {
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> gravity_sigma_mps2;  ///< Prior σ, when not exact.
-  std::optional<double> field_ut;  ///< Strength, used or estimated; only with a magnetometer.
+  std::optional<double> field_ut;  ///< Field strength, used or estimated; only with a magnetometer.
   std::optional<double> dip_rad;
   bool field_estimated = false;  ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
-  /// Rotation fixture <- world, where that of the fixture was estimated, as qw, qx, qy, qz: x of
-  /// the world is magnetic north with a magnetometer, else along the fixture's x.
+  /// Rotation fixture <- world as qw, qx, qy, qz, if the fixture's attitude was estimated. World x
+  /// is magnetic north with a magnetometer, else along the fixture's x.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
   /// Temperatures recorded at the poses: lowest, mean, highest; unset without a thermometer.
@@ -116,7 +117,7 @@ struct Decision {
   Verdict verdict = Verdict::kFail;  ///< kPass: it may be shipped; kFail: it may not.
   std::string who, why;
   std::string created;  ///< ISO 8601, UTC.
-  /// Not by a person, but by a later run of the unit or another sensor of the same device.
+  /// Made by a later run of the unit or by another sensor of the device, not by a person.
   bool is_automatic = false;
 };
 
@@ -142,7 +143,7 @@ struct Calibration {
   std::vector<Decision> decisions;  ///< In the order in which they were made: the last one holds.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
-  /// The last decision, else the verdict by the limits.
+  /// The last decision if there is one, else the verdict by the limits.
   Verdict verdict() const {
     return IsUsable() && !decisions.empty() ? decisions.back().verdict : LimitsVerdict();
   }
@@ -151,7 +152,7 @@ struct Calibration {
     if (!within_limits) return Verdict::kNoLimits;
     return *within_limits ? Verdict::kPass : Verdict::kFail;
   }
-  /// The code of the finding that refuses it ("wrong-unit"), else its outcome.
+  /// The code of the finding that refuses the calibration ("wrong-unit"), else its outcome.
   std::string_view ReasonNotUsable() const {
     const Finding* refusal = FirstRefusal(findings);
     return refusal == nullptr || refusal->code == FindingCode::kMessage

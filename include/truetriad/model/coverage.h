@@ -12,7 +12,7 @@ namespace truetriad {
 /// How evenly the directions of one triad's poses cover the sphere.
 struct Coverage {
   Triad triad = Triad::kAccelerometer;
-  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending, sum 1.
+  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending; sum: 1.
   /// Radius of the largest cap without a direction. A direction does not cover its opposite: only
   /// both together determine the bias.
   double largest_gap_deg = 180.0;

@@ -24,7 +24,7 @@ std::optional<Severity> SeverityFromName(std::string_view name);
 
 /// What was done about the effect of a finding on the parameters.
 enum class Treatment {
-  kNone,       ///< It has no effect, or none that is known.
+  kNone,       ///< The finding has no effect, or no known one.
   kCorrected,  ///< The effect was subtracted.
   kWidened,    ///< The σ include the effect.
 };
@@ -153,7 +153,7 @@ struct FindingKind {
   FindingCode code;
   std::string_view name;  ///< "clock-offset": in files and for scripts, never renamed.
   Severity severity;      ///< The default, which a finding may change.
-  /// The outcome of a run that it refuses; kConverged: it never refuses.
+  /// The outcome of a run that such a finding refuses; kConverged: it never refuses.
   Outcome outcome;
   std::string_view meaning;  ///< One line.
   std::string_view remedy;   ///< What to do about it, in general; may be empty.
@@ -178,7 +178,7 @@ struct FindingValue {
 ///   Finding(FindingCode::kClockOffset, "…").About(triad).With("offset", 0.01, 0.001, "s")
 struct Finding {
   Finding() = default;
-  /// With the severity of its code.
+  /// A finding with the severity of its code.
   Finding(FindingCode code, std::string text, std::string remedy = {});
 
   Finding& As(Severity severity);
@@ -187,16 +187,16 @@ struct Finding {
   Finding& AtPose(int number);            ///< StaticPose::number.
   Finding& With(std::string name, double value, std::string unit = {});
   Finding& With(std::string name, double value, double sigma, std::string unit);
-  /// Ignoring it shifts some parameter by up to `sigmas` of its σ, the value "effect".
+  /// Ignoring the finding shifts some parameter by `sigmas` of its σ at most: the value "effect".
   Finding& Shifting(double sigmas, Treatment treatment);
 
   bool IsRefusal() const { return severity == Severity::kRefusal; }
-  /// It shifts a parameter by more than σ, and was neither corrected nor included in σ: no result
-  /// with such a finding is usable.
+  /// Whether the finding shifts a parameter by more than its σ and was neither corrected nor
+  /// included in σ: no result with such a finding is usable.
   bool IsLeftStanding() const;
   /// Text and remedy as one message.
   std::string Message() const;
-  /// A value by its name; nullopt where there is none.
+  /// A value by its name; nullopt if there is none.
   std::optional<double> Value(std::string_view name) const;
 
   FindingCode code = FindingCode::kMessage;
@@ -208,7 +208,7 @@ struct Finding {
   Treatment treatment = Treatment::kNone;
   std::string text;  ///< A sentence without its full stop.
   std::string
-      remedy;  ///< What to do here, with the line to paste where there is one; may be empty.
+      remedy;  ///< What to do here, including the line to paste if there is one; may be empty.
 };
 
 /// The findings of a run, in the order in which they arose.
@@ -225,10 +225,10 @@ const Finding* FirstRefusal(const Findings& findings);
 /// An error for too little data that carries `finding`.
 Error NotEnoughError(Finding finding);
 
-/// The finding that lists the columns of a table from which nothing is read; unset without any.
+/// The finding that lists the columns of a table that are not read; unset if there are none.
 std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names);
 
-/// The finding of an error that ended a run with too little data, else a finding of `code` with the
+/// The refusal that `error` carries as its finding; if it has none, a refusal of `code` with the
 /// error's message.
 Finding RefusalOf(const Error& error, FindingCode code = FindingCode::kNoPose);
 

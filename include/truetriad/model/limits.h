@@ -16,7 +16,7 @@ struct Limit {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   std::optional<double> target;  ///< The intended value; not judged.
-  bool if_present = false;       ///< Not judged in a calibration without such a value.
+  bool if_present = false;       ///< Calibrations without the quantity are not judged by it.
 
   /// A symmetric range: -most to `most`.
   static Limit Within(double most) { return {-most, most, std::nullopt, false}; }
@@ -44,12 +44,12 @@ struct LimitName {
   LimitQuantity quantity;
   std::string component;  ///< "x", "xy"; empty: every component.
 
-  /// Whether it is an RMS or a σ.
+  /// Whether the quantity is an RMS or a σ.
   bool IsNeverNegative() const;
-  /// Whether it is a slope over temperature.
+  /// Whether the quantity is a slope over temperature.
   bool IsSlope() const;
-  /// Whether it depends on the common gain of the magnetometer, which is a convention without a
-  /// known field strength.
+  /// Whether the quantity depends on the magnetometer's common gain, which is a mere convention if
+  /// the field strength is unknown.
   bool GoesWithField() const;
   /// "m/s^2", "rad", "1"; with the sensor's true unit inserted.
   std::string Unit() const;

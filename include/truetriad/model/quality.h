@@ -27,40 +27,40 @@ struct PoseResidual {
   Eigen::Vector3d residual = Eigen::Vector3d::Zero();  ///< C(y - b) - predicted, true unit.
   double norm_error = 0.0;                             ///< |C(y - b)| - reference, true unit.
   double norm_error_before =
-      0.0;                  ///< The same with the uncalibrated nominal model; NaN if unknown.
+      0.0;                  ///< norm_error of the uncalibrated nominal model; NaN if unknown.
   double normalized = 0.0;  ///< sqrt of the deletion χ² over its degrees of freedom.
   double weight = 1.0;      ///< Robust weight; 0 = rejected.
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
 };
 
-/// A turn that the operator stated, as this calibration sees it.
+/// A turn that the operator stated, beside the turn that this calibration finds.
 struct TurnCheck {
   std::string name;                                 ///< "turn 1 (x_rot)".
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< Body frame.
   double stated_rad = 0.0;
   double stated_sigma_rad = 0.0;
   double found_rad = 0.0;
-  /// Of found_rad, from parameters and readings. A turn that was used determines them in part, so
-  /// that this σ is smaller than that of its difference.
+  /// σ of found_rad from parameters and readings. A turn that was used determines the parameters in
+  /// part, so that this σ is smaller than that of the difference from stated_rad.
   double found_sigma_rad = 0.0;
-  bool used = false;  ///< Else it is held out, rejected or has a fault.
+  bool used = false;  ///< False: the turn is held out, rejected or has a fault.
   std::string fault;  ///< Why its readings are unusable, or empty.
 };
 
-/// The clock of a vector sensor relative to the gyroscope's, from the rotation of its field in the
-/// body between the rests.
+/// The clock of a vector sensor relative to the gyroscope's, from how its gravity or field turns in
+/// the body between the rests.
 struct ClockOffset {
   Triad triad = Triad::kAccelerometer;
   double later_s = 0.0;  ///< Its times minus those of the gyroscope.
-  double sigma_s = 0.0;  ///< From the scatter of the moves.
+  double sigma_s = 0.0;  ///< From the scatter between the moves.
   int moves = 0;         ///< Number of moves that determine it.
-  double p_value = 1.0;  ///< Of an offset at least as large, if there were none.
+  double p_value = 1.0;  ///< Probability of so large an offset if there were none.
 };
 
 /// The bias of a sensor in one of several sessions. Raw unit.
 struct SessionBias {
   int session = 0;   ///< From 1 on.
-  std::string file;  ///< Its recording.
+  std::string file;  ///< The session's recording.
   Triad triad = Triad::kAccelerometer;
   int poses = 0;  ///< Number of poses in which the sensor was seen.
   Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
@@ -71,8 +71,8 @@ struct SessionBias {
 struct BiasRepeatability {
   Triad triad = Triad::kAccelerometer;
   int sessions = 0;
-  Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< One σ of a session.
-  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, by the session count.
+  Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< σ between sessions.
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, from `sessions`.
   /// σ of the bias of a future session about the stated mean.
   Eigen::Vector3d next_session_raw = Eigen::Vector3d::Zero();
 };
@@ -86,10 +86,11 @@ struct RejectedPose {
 /// Turns, each predicted by a calibration without it. The error is the angle between gravity at the
 /// next rest as the calibrated accelerometer shows it and as the turn predicts it.
 struct HeldOutTurns {
-  std::vector<double> errors_rad;  ///< Turn by turn; turns that do not count are left out.
+  std::vector<double> errors_rad;  ///< One for each turn that counts.
   double median_rad = 0.0;
   double in_sample_median_rad = 0.0;
-  /// With the nominal gains of the gyroscope's unit and its mean at rest as bias; unset for counts.
+  /// Median for an uncalibrated gyroscope, with its unit's nominal gains and its mean at rest as
+  /// bias; unset for counts.
   std::optional<double> nominal_median_rad;
 };
 
@@ -102,11 +103,11 @@ struct HeldOut {
   std::optional<HeldOutTurns> turns;
 };
 
-/// One of the components that a limit applies to, where it is worst.
+/// One of the components to which a limit applies, at the temperature at which it is worst.
 struct LimitComponent {
   std::string component;  ///< "x", "xy"; empty for a scalar.
   double value = 0.0, sigma = 0.0;
-  double outside = 0.0;  ///< Probability that the true value is outside.
+  double outside = 0.0;  ///< Probability that the true value is outside the limit.
   bool pass = false;
 };
 
@@ -114,12 +115,12 @@ struct LimitComponent {
 struct LimitCheck {
   std::string name;  ///< "accelerometer.bias", "accelerometer.bias.x".
   std::string
-      component;  ///< Of the worst: "x", "xy"; empty where the name has it, or for a scalar.
+      component;  ///< Component of `worst`: "x", "xy"; empty if `name` has it, or for a scalar.
   Limit limit;
-  double worst = 0.0;  ///< The value nearest to a limit with its guard band, or furthest beyond.
-  double sigma = 0.0;  ///< Its σ.
-  /// Probability that the true value of any component is outside, each at its worst temperature and
-  /// all taken as independent.
+  double worst = 0.0;  ///< The value whose guard band is nearest to a limit or furthest beyond.
+  double sigma = 0.0;  ///< σ of `worst`.
+  /// Probability that the true value of any component is outside the limit, each at its worst
+  /// temperature and all taken as independent.
   double outside = 0.0;
   bool pass = false;
   double guard_band_k = 0.0;                    ///< value ± this many σ must be inside.
@@ -128,7 +129,7 @@ struct LimitCheck {
   std::string FullName() const { return component.empty() ? name : name + "." + component; }
 };
 
-/// The chosen one of several nested models, or one that differs from it by one step.
+/// One of several nested models: the chosen one, or one that is a single step away from it.
 struct ModelAlternative {
   std::string description;  ///< "gyroscope without g-sensitivity".
   bool chosen = false;
@@ -136,11 +137,11 @@ struct ModelAlternative {
   double minus_2_log_l =
       0.0;  ///< -2 log L, all alternatives with the same noise; without constants.
   /// Probability of a likelihood ratio at least as large between this and the chosen model, if the
-  /// smaller of both were true. Unset for the chosen one.
+  /// smaller of the two were true. Unset for the chosen one.
   std::optional<double> p_value;
   double bic = 0.0;  ///< Bayesian information criterion.
-  /// RMS of held-out poses and turns less their prediction, in units of their noise; unset where
-  /// there are too few to hold some out.
+  /// RMS of held-out poses and turns less their prediction, in units of their noise; unset if there
+  /// are too few to hold any out.
   std::optional<double> held_out;
 };
 
@@ -150,7 +151,7 @@ struct TemperatureSetting {
   Triad triad = Triad::kAccelerometer;
   double degc = 0.0;  ///< Mean over its poses.
   int poses = 0;
-  /// From these poses alone, all other parameters fixed at the solution; raw unit.
+  /// Bias from these poses alone, all other parameters fixed at the solution; raw unit.
   Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d bias_sigma_raw = Eigen::Vector3d::Zero();    ///< From the noise of the poses.
   Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw minus the terms.
@@ -170,7 +171,7 @@ struct SweepStep {
 /// One step of a stepwise regression: the term that entered or left, and the regression with it.
 struct RegressionStep {
   std::string what;  ///< "start", "+ tau^2", "- T'".
-  int terms = 0;     ///< Number of terms, without the constants of attitudes.
+  int terms = 0;     ///< Number of terms, not counting each attitude's constant.
   double f = 0.0;    ///< Partial F of the term that entered or left; NaN at the start.
   double p_value = 1.0;
   double r2 = 0.0, adjusted_r2 = 0.0, bic = 0.0;
@@ -182,8 +183,8 @@ struct RegressionTerm {
   std::string name;  ///< "tau T'"; SweepRegression defines the letters.
   std::string unit;  ///< Of the coefficient: "m/s^2/(degC degC/s)".
   bool chosen = false;
-  double coefficient = 0.0, sigma = 0.0;  ///< Of a chosen term.
-  double f = 0.0, p_value = 1.0;          ///< Partial, beside the chosen terms; NaN: not tested.
+  double coefficient = 0.0, sigma = 0.0;  ///< Coefficient and σ of a chosen term.
+  double f = 0.0, p_value = 1.0;          ///< Partial F beside the chosen terms; NaN: not tested.
   std::string why;                        ///< Why it was not tested, or empty.
 };
 
@@ -191,13 +192,13 @@ struct RegressionTerm {
 ///
 ///   y = constant of the attitude + sum of the products of one or two factors
 ///
-/// r: the attitude's own reading; tau = T - T_ref; T'; A: ambient temperature less T_ref; A'. It is
-/// reported, not applied.
+/// r: the attitude's own reading; tau = T - T_ref; T'; A: ambient temperature less T_ref; A'. The
+/// regression is reported, not applied.
 struct SweepRegression {
   std::vector<std::string> factors;     ///< "r", "tau", "T'", "A", "A'": those asked for.
   int windows = 0;                      ///< Number of windows with all factors.
-  double enter_p = 0.0, leave_p = 0.0;  ///< Level of a term: that of all over the candidates.
-  double rms = 0.0;                     ///< Of its residuals, raw unit.
+  double enter_p = 0.0, leave_p = 0.0;  ///< For one term: total level / number of candidates.
+  double rms = 0.0;                     ///< RMS of the residuals, raw unit.
   std::vector<RegressionStep> steps;
   std::vector<RegressionTerm> terms;
 };
@@ -207,15 +208,15 @@ struct SweepAxis {
   Triad triad = Triad::kAccelerometer;
   int axis = 0;
   double noise_sigma = 0.0;     ///< RMS σ of a window's mean from the noise inside the windows.
-  double rms_before = 0.0;      ///< Of the window means about the mean of their attitude.
-  double rms_after = 0.0;       ///< About the fit.
-  double held_out = 0.0;        ///< Each block of time predicted by the others; lags refitted.
-  double held_out_cubic = 0.0;  ///< The same for a plain cubic in temperature.
+  double rms_before = 0.0;      ///< RMS of window means about the mean of their attitude.
+  double rms_after = 0.0;       ///< RMS of window means about the fit.
+  double held_out = 0.0;        ///< RMS, each block of time predicted by the others; lags refitted.
+  double held_out_cubic = 0.0;  ///< `held_out` of a plain cubic in temperature.
   int folds = 0;
-  /// Heating minus cooling at the middle of the temperatures that both passed, of the residuals of
-  /// a polynomial in temperature alone and of the fit; NaN where one of the two is missing.
+  /// Residual when heating minus when cooling, at the middle of the temperatures that both passed:
+  /// of a polynomial in temperature alone, and of the fit; NaN without one of the two.
   double branch_gap = 0.0, branch_gap_after = 0.0;
-  double correlation = 0.0;  ///< Of neighbouring windows' residuals.
+  double correlation = 0.0;  ///< Correlation of neighbouring windows' residuals.
   double element_lag_s = 0.0, element_lag_sigma_s = 0.0;
   double rate_lag_s = 0.0, rate_lag_sigma_s = 0.0;
   std::string chosen;                 ///< "tau, tau^2, tau^3, T'".
@@ -224,11 +225,11 @@ struct SweepAxis {
   std::optional<SweepRegression> regression;
 };
 
-/// One window of a sweep, for charts; many windows are thinned.
+/// One window of a sweep, for charts; of many windows some are left out.
 struct SweepWindow {
   Triad triad = Triad::kAccelerometer;
   double time_s = 0.0, degc = 0.0, rate_degcps = 0.0;
-  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();  ///< Its mean minus that of the attitude.
+  Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();  ///< Window mean minus attitude mean.
   Eigen::Vector3d fit_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
 };
@@ -237,19 +238,19 @@ struct SweepWindow {
 struct LeftOutTest {
   Triad triad = Triad::kAccelerometer;
   std::string term;       ///< "quadratic", "bias drift".
-  double p_value = 1.0;   ///< Of its test, beside the terms that are shown.
-  bool is_shown = false;  ///< It is corrected, or σ include it.
-  /// Shift, in its own σ, of the most affected parameter when the term changes by one σ of the
-  /// term; unset where the readings do not determine all of the term.
+  double p_value = 1.0;   ///< Of the term's test, beside the terms that are shown.
+  bool is_shown = false;  ///< The term is corrected, or σ include it.
+  /// Shift of the most affected parameter, in that parameter's σ, if the term changes by one σ of
+  /// the term; unset if the readings do not determine all of the term.
   std::optional<double> kappa;
 };
 
 /// The part of Quality that only rests have.
 struct RestQuality {
   std::optional<HeldOut> held_out;
-  std::vector<ModelAlternative> model_choice;  ///< Empty unless something was chosen; chosen first.
-  /// The steps towards it: the largest model, then each term that was removed or restored, with the
-  /// model after that step and the p-value of the step.
+  std::vector<ModelAlternative> model_choice;  ///< Empty unless a model was chosen; that one first.
+  /// The steps towards the choice: the largest model, then each term that was removed or restored,
+  /// with the model after that step and the p-value of the step.
   std::vector<ModelAlternative> model_steps;
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;            ///< The turns that were stated.
@@ -267,12 +268,12 @@ struct SweepQuality {
   std::vector<SweepWindow> windows;
 };
 
-/// How well the solution explains the data, and which data support it. A unit in motion has only
-/// the common part.
+/// How well the solution explains the data, and which data support it. A calibration from motion
+/// has neither `rests` nor `sweep`.
 struct Quality {
   int poses = 0;                                 ///< Rests, attitudes of a motion, or windows.
   PerTriad<std::optional<double>> residual_rms;  ///< RMS of |C(y-b)| - reference, true unit.
-  PerTriad<std::optional<double>> residual_rms_before;  ///< The same, uncalibrated.
+  PerTriad<std::optional<double>> residual_rms_before;  ///< RMS of the uncalibrated sensor.
   double reduced_chi2 = 0.0;                            ///< With the excess noise.
   double reduced_chi2_before = 0.0;                     ///< With the noise inside the rests alone.
   double dof = 0.0;                                     ///< Residuals minus parameters.

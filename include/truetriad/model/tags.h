@@ -15,28 +15,28 @@
 namespace truetriad {
 
 /// What a record states about a unit and its run beside serial number and model. No result depends
-/// on it.
+/// on tags.
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
-  /// `device.firmware`: the firmware that wrote the log ("px4"). The members below hold for it
-  /// alone.
+  /// `device.firmware`: the firmware that wrote the log ("px4"). The members below hold for this
+  /// firmware alone.
   std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
-  /// `device.slots`: which set of parameters (by the firmware's own count) firmware has for the
-  /// sensor with this number; kNoSlot: all sets belong to other sensors. `device.thermal_slots`:
-  /// the same for its temperature terms, where they are counted separately.
+  /// `device.slots`: the number, in the firmware's own count, of its set of parameters for the
+  /// sensor of that id; kNoSlot: all sets belong to other sensors. `device.thermal_slots`: the
+  /// number of the set of temperature terms, if those are counted separately.
   PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
   static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.
-  /// `device.idle_thermal_slots`: sets of temperature terms that firmware has but does not use. It
-  /// uses the terms of all sensors of a kind, or of none.
+  /// `device.idle_thermal_slots`: sets of temperature terms that firmware has but does not use.
+  /// Firmware uses the terms of all sensors of a kind, or of none.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots;
   /// `device.magnetometer_turn_deg`: roll, pitch and yaw from the recording's axes to those in
-  /// which firmware corrects the magnetometer (formats/board_rotation.h); unset: not known.
+  /// which firmware corrects the magnetometer (model/board_rotation.h); unset: not known.
   std::optional<Eigen::Vector3d> magnetometer_turn_deg;
-  /// `device.magnetometer_mount_deg`: roll, pitch and yaw from its own axes to the recording's,
-  /// where the vehicle's parameters state the mounting; unset: no parameter affects it.
+  /// `device.magnetometer_mount_deg`: roll, pitch and yaw from the magnetometer's axes to the
+  /// recording's, if the vehicle's parameters state the mounting; unset: no parameter affects it.
   std::optional<Eigen::Vector3d> magnetometer_mount_deg;
 
   bool operator==(const Tags&) const = default;

@@ -15,7 +15,7 @@ namespace truetriad {
 
 // Each kind of parameter that the model of a sensor may have is defined once, here. Layout, names,
 // options, files, tables, comparison, export and the simulator loop over these tables; a new axis
-// term is an enumerator, a row, and a case in each of the two functions below.
+// term needs an enumerator, a row, and a case in each of ValueOf and SlopeOf.
 
 /// The response of one sensing axis to its input u, beyond gain and bias (triad_model.h):
 ///
@@ -25,7 +25,7 @@ namespace truetriad {
 enum class AxisTerm { kQuadratic, kAsymmetry, kCubic };
 inline constexpr std::size_t kAxisTermCount = 3;  ///< Enumerators of AxisTerm.
 
-/// What the rate of temperature T' adds to the bias; tau is temperature minus reference.
+/// Terms of the bias in the rate T' of the temperature; tau is temperature minus reference.
 enum class RateTerm { kLinear, kQuadratic, kCross };
 inline constexpr std::size_t kRateTermCount = 3;  ///< Enumerators of RateTerm.
 
@@ -55,7 +55,7 @@ Scalar ValueOf(AxisTerm term, const Scalar& felt) {
   return Scalar(0);
 }
 
-/// The slope f'(u); at the kink of the asymmetry, u = 0, the mean of both sides.
+/// The slope f'(u); at the kink of the asymmetry, u = 0, the mean of both sides' slopes.
 template <typename Scalar>
 Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
   switch (term) {
@@ -80,14 +80,14 @@ struct AxisTermInfo {
   /// makes the term as large as the signal itself.
   int power;
   /// Largest |f(u) - line| over |u| <= 1 for the line that fits f best by least squares: 2/3 for
-  /// u^2 (line about 1/3), 1/2 for |u| (about 1/2), 2/5 for u^3 (about 3/5 u).
+  /// u^2 (line: 1/3), 1/2 for |u| (line: 1/2), 2/5 for u^3 (line: 3/5 u).
   double beyond_line;
-  /// TriadModel::Felt inverts it in closed form, together with the other terms that have this flag.
+  /// TriadModel::Felt inverts an axis whose terms all have this flag in closed form.
   bool is_closed_form;
-  /// `model: auto` decides about it.
+  /// `model: auto` decides whether the term is estimated.
   bool is_in_auto_model;
 
-  /// The divisor of a when the unit changes to one of which a raw unit has `per_raw`.
+  /// The divisor of a if the raw unit is replaced by one that is `per_raw` times smaller.
   double PowerOf(double per_raw) const { return std::pow(per_raw, power); }
 };
 
@@ -130,7 +130,7 @@ struct RateTermInfo {
   std::string_view path;     ///< In the name of a parameter: "rate.linear".
   std::string_view words;    ///< "dT/dt".
   std::string_view letters;  ///< "T'".
-  std::string_view unit;     ///< Of the coefficient, appended to that of the bias.
+  std::string_view unit;     ///< Factor from the bias' unit to the coefficient's.
 
   /// In files: "linear".
   constexpr std::string_view name() const { return path.substr(path.find('.') + 1); }
@@ -147,7 +147,7 @@ inline constexpr std::array<RateTermInfo, kRateTermCount> kRateTerms = {{
     {RateTerm::kCross, ParameterKind::kRateCross, "rate.cross", "tau dT/dt", "tau T'", "s/degC^2"},
 }};
 
-/// The factor of a rate term's coefficient: a number, or an array with one entry per axis.
+/// What a rate term's coefficient is multiplied by: a number, or an array with one entry per axis.
 template <typename Value>
 Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
   switch (term) {
@@ -169,7 +169,7 @@ struct ParameterInfo {
   std::optional<AxisTerm> axis_term = {};
 };
 
-/// In the order of ParameterKind.
+/// All kinds of parameters, in the order of ParameterKind.
 inline constexpr auto kParameterKinds = [] {
   std::array<ParameterInfo, 3 + kRateTermCount + kAxisTermCount> all = {{
       {.kind = ParameterKind::kBias, .name = "bias"},
@@ -232,7 +232,7 @@ struct PerIndex {
   auto end() { return items.end(); }
   auto begin() const { return items.begin(); }
   auto end() const { return items.end(); }
-  /// Whether one of them is set, or true.
+  /// Whether any item is set, or true.
   bool any() const {
     return std::any_of(begin(), end(), [](const T& item) { return static_cast<bool>(item); });
   }

@@ -29,7 +29,7 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       double temperature_degc,
                                       double rate_degcps = 0.0);
 
-/// The same with a temperature and a rate for each axis (row of S).
+/// As above, with a temperature and a rate of its own for each axis (row of S).
 TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       const ThermalState& state);
@@ -53,8 +53,8 @@ class FirstOrderLag {
 ///   element temperature  E: lag_e E' = T - E            lag_e = 0: E = T
 ///   its rate             (E - F) / lag_r,  lag_r F' = E - F
 ///
-/// (E - F) / lag_r is E' behind a first-order lag. Without lag_r the rate is E' = (T - E) / lag_e
-/// where there is lag_e; else it is taken behind a lag of `smoothing_s`.
+/// (E - F) / lag_r is E' behind a first-order lag. Without lag_r the rate is E' = (T - E) / lag_e;
+/// without lag_e either, lag_r is `smoothing_s`.
 class TemperatureFilter {
  public:
   explicit TemperatureFilter(const ThermalTerms& thermal);

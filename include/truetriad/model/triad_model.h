@@ -83,8 +83,8 @@ struct TriadModel {
   }
 
  private:
-  // Terms that are zero are skipped, which also keeps infinities unchanged. A scalar with
-  // derivatives (ceres::Jet) has them at zero, too.
+  // Terms that are zero are skipped, which also keeps infinities unchanged. Scalars with
+  // derivatives (ceres::Jet) are not: a zero term has derivatives, too.
   static bool IsThere(const Scalar& a) {
     return !std::is_floating_point_v<Scalar> || a != Scalar(0);
   }

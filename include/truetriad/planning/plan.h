@@ -29,9 +29,9 @@ enum class PlanCriterion {
 /// The poses that a program may be made of.
 struct PlanGrid {
   std::vector<Eigen::Quaterniond> attitudes;
-  /// The grid only samples all rotations: poses are moved off it where that helps.
+  /// The grid only samples all rotations: poses are moved off it if that helps.
   bool continuous = false;
-  /// Chamber temperatures: each attitude is a candidate at each. Empty: one unstated temperature.
+  /// Chamber temperatures, at each of which each attitude is a candidate. Empty: one, unstated.
   std::vector<double> temperatures_degc{};
 };
 
@@ -39,11 +39,11 @@ struct PlanGrid {
 struct PlanOptions {
   /// Sensors, model terms, noise of one pose, reference, attitudes and gauge, as for a calibration.
   CalibrateOptions calibrate;
-  /// The approximate unit: raw = sensitivity * truth + bias. Unset: no bias, and the scale of the
-  /// readings' unit. Readings in counts have no scale and need it.
+  /// The approximate model of the unit: raw = sensitivity * truth + bias. Unset: no bias, and the
+  /// scale of the readings' unit. Readings in counts have no scale and need it.
   PerTriad<std::optional<TriadModel<double>>> nominal;
-  PerTriad<Unit> units;  ///< Of the readings to come.
-  /// Used where the reference states none; unset: 50 uT, and 60 degrees of the stated hemisphere.
+  PerTriad<Unit> units;  ///< Units of the readings to come.
+  /// Used if the reference states none; unset: 50 uT, and a dip of 60 degrees by the hemisphere.
   std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
   double rest_s = 0.0;
@@ -70,7 +70,7 @@ struct PlanOptions {
   int random_draws = 0;
   std::uint64_t seed = 1;
 
-  /// Every problem with its value, or ok.
+  /// Lists every invalid option with its value, or is ok.
   Status Validate() const;
 };
 
@@ -88,9 +88,9 @@ struct PlannedSigma {
 struct WantedSigma {
   std::string group;
   double wanted = 0.0;
-  double reached = 0.0;  ///< The largest of the group.
+  double reached = 0.0;  ///< Largest σ of the group.
   bool met = false;
-  /// Poses that suffice for this σ alone; unset: more than max_poses, or not sought.
+  /// Number of poses that suffice for this σ alone; unset: more than max_poses, or not sought.
   std::optional<int> poses_needed;
 };
 
@@ -104,22 +104,22 @@ struct PosePurpose {
 struct PlannedNoise {
   Triad triad = Triad::kAccelerometer;
   std::string unit;  ///< Of the readings.
-  TriadNoise noise;  ///< Of a pose's mean.
+  TriadNoise noise;  ///< Noise of a pose's mean.
 };
 
 /// The program compared with as many random poses.
 struct RandomComparison {
   int draws = 0;
-  /// Geometric mean over all quantities of σ random / σ planned: median and quartiles over draws.
+  /// Geometric mean of σ random / σ planned over all quantities: median and quartiles of draws.
   double gain = 0.0, gain_low = 0.0, gain_high = 0.0;
-  /// Number of random poses whose median gain is 1; unset: more than three times as many.
+  /// Random poses that are as good as the program (median gain 1); unset: over three times as many.
   std::optional<int> equal_poses;
 };
 
 /// A planned program, or a given one, with the σ that it leads to.
 struct Plan {
   PoseProgram program;
-  int measured_poses = 0;  ///< Already taken; counted in `after`.
+  int measured_poses = 0;  ///< Number of poses already taken; PlannedSigma::after includes them.
   std::vector<PlannedSigma> sigmas;
   std::vector<WantedSigma> wanted;
   std::vector<PosePurpose> purposes;  ///< One per pose.
@@ -127,14 +127,14 @@ struct Plan {
   /// else the median of the measured poses; 0: not known.
   double rest_s = 0.0;
   std::vector<PlannedNoise> noise;  ///< One per triad.
-  bool determined = false;          ///< Every parameter is.
-  bool rehearsed = false;           ///< The calibration runs from exact readings of these poses.
+  bool determined = false;          ///< The poses determine every parameter.
+  bool rehearsed = false;           ///< A calibration from exact readings of these poses succeeds.
   std::vector<WeakDirection> weak_directions;
   std::optional<RandomComparison> random;
   NamedCovariance covariance;  ///< As calibration.yaml will list it, raw units.
   std::vector<std::string> messages;
 
-  /// Everything is determined, the calibration would run, and every wanted σ is reached.
+  /// Whether all is determined, the calibration would run, and every wanted σ is reached.
   bool IsMet() const;
 };
 

@@ -34,13 +34,13 @@ std::string_view MatrixModelName(MatrixModel model);
 
 /// Whether a term beyond bias and sensitivity is estimated.
 enum class Wanted {
-  kNo,  ///< There is none: it is zero.
+  kNo,  ///< The term is zero.
   kYes,
   kAuto,  ///< Chosen by comparing models with and without it.
 };
 std::string_view WantedName(Wanted wanted);  ///< "false", "true", "auto".
 
-/// +g on the axis that points up (specific force), or the opposite (gravity).
+/// The reading at rest of an axis that points up: +g (specific force) or -g (gravity).
 enum class AccelerometerSign { kSpecificForce, kGravity };
 
 enum class ExcessNoise { kNone, kEstimate, kGiven };
@@ -64,19 +64,19 @@ struct TriadPrior {
 /// A data sheet's non-linearity: how far a sensor is from its best-fit straight line (least
 /// squares, IEEE Std 528) over its range, one σ.
 struct Nonlinearity {
-  /// Larger residuals are not those of a linear sensor: the option is refused.
+  /// A sensor with larger residuals is not linear: the option is refused.
   static constexpr double kMostPercent = 10.0;
 
-  double percent_of_full_scale = 0.0;  ///< Of one end of the range. Range: > 0, at most 10.
+  double percent_of_full_scale = 0.0;  ///< 100 % is full_scale. Range: > 0, at most 10.
   double full_scale = 0.0;             ///< The range is ± this, true unit. Range: > 0.
 
-  /// σ of each axis' coefficient a of a term a f(u), raw^-power, as if it were the only one: over
-  /// ± U = `raw_per_true` * full_scale its largest residual is a U^(1 + power) beyond_line.
+  /// σ of each axis' coefficient a of a term a f(u), raw^-power, as if the term were the only one:
+  /// over ± U = `raw_per_true` * full_scale its largest residual is a U^(1 + power) beyond_line.
   double SigmaOf(const AxisTermInfo& term, double raw_per_true) const;
   bool IsValid() const;
 };
 
-/// Noise of a triad at rest from an Allan deviation, per axis. data/allan.h.
+/// Noise of a triad at rest from an Allan deviation, per axis. allan/allan.h.
 struct AllanNoise {
   Eigen::Vector3d white_density_raw = Eigen::Vector3d::Zero();  ///< N, raw unit / sqrt(Hz).
   Eigen::Vector3d instability_raw = Eigen::Vector3d::Zero();    ///< B, raw unit.
@@ -85,7 +85,7 @@ struct AllanNoise {
   /// reduces white noise, but not the bias instability. Range: duration_s > 0.
   Eigen::Vector3d MeanSigma(double duration_s) const;
 
-  /// All finite, densities > 0, instabilities >= 0.
+  /// Whether all are finite, densities > 0, instabilities >= 0.
   bool IsValid() const;
 };
 
@@ -117,13 +117,13 @@ struct ThermalOptions {
 
   // The orders are chosen by significance and held-out error, up to those stated above.
   bool bias_order_auto = false;
-  bool rate_auto = false;  ///< Terms are entered and removed one by one.
+  bool rate_auto = false;  ///< Terms of `rate` enter and leave one by one.
   // For poses alone: a sweep does not determine the sensitivity.
   bool matrix_order_auto = false;
-  bool matrix_auto = false;  ///< From one share for all gains, over one gain per axis, to `matrix`.
+  bool matrix_auto = false;  ///< The shape is chosen: kScale, kDiagonal, … up to `matrix`.
 
   // For a sweep (CalibrateOptions::sweep) alone.
-  /// First-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
+  /// Number of first-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// Held-out error decides the number of lags.
   bool lags_auto = false;
@@ -187,7 +187,7 @@ struct TriadOptions {
   /// Each term is of one kind of sensor, terms.h. Poses with axes halfway up separate a quadratic
   /// term from bias and gain, turns both ways about each axis separate an asymmetry from the gain.
   PerAxisTerm<Wanted> axis_terms = {};
-  /// Nonlinearity that the model has no terms for: σ grow by the part that the readings leave open.
+  /// Nonlinearity for which the model lacks terms: σ grow by what the readings do not exclude.
   std::optional<Nonlinearity> nonlinearity;
 
   bool HasAxisTerm(Wanted wanted) const {
@@ -195,10 +195,10 @@ struct TriadOptions {
   }
 };
 
-/// Where the earth's rotation is added to the gyroscope's model. model/world.h.
+/// The place for which the earth's rotation is added to the gyroscope's model. model/world.h.
 struct EarthRateOptions {
   double latitude_rad = 0.0;     ///< Positive in the north.
-  double declination_rad = 0.0;  ///< Of magnetic north, east positive.
+  double declination_rad = 0.0;  ///< Magnetic from true north, positive to the east.
 };
 
 struct ReferenceOptions {
@@ -206,12 +206,12 @@ struct ReferenceOptions {
   /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
   Knowledge field_ut;
   Knowledge dip_rad;
-  /// Decides the sign (S_mag, dip) ~ (-S_mag, -dip) when the dip is unknown. docs/method.md,
-  /// "Signs".
+  /// Decides between (S_mag, dip) and (-S_mag, -dip), which fit equally, if the dip is unknown.
+  /// docs/conventions.md, "Signs".
   bool northern_hemisphere = true;
   /// If false, the hemisphere is a guess, and a magnetometer with all axes reversed is refused.
   bool is_hemisphere_stated = false;
-  /// Where bias and sensitivity are stated when there are temperature terms: tau = T - this.
+  /// The temperature at which bias and sensitivity are stated with temperature terms (tau = 0).
   double temperature_degc = 25.0;
   /// Unset: the earth's rate is neglected. Needs the heading of every pose in which the gyroscope
   /// rests: from a magnetometer, or from given attitudes, whose common heading is one unknown.
@@ -228,7 +228,7 @@ struct AttitudeOptions {
   AttitudeKind kind = AttitudeKind::kNone;
   /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
   double tilt_sigma_deg = 0.5;
-  /// Set where the poses showed larger tilts than stated: `tilt_sigma_deg` is the found one.
+  /// The σ as stated, if the poses showed larger tilts: `tilt_sigma_deg` is then the σ found.
   std::optional<double> stated_tilt_sigma_deg;
   /// Six-face: σ of one rest's tilt about that of its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
@@ -292,7 +292,7 @@ struct SweepOptions {
 /// Two ways to find the same optimum.
 enum class Solver {
   kEliminated,  ///< The attitudes are eliminated block by block: time is linear in poses.
-  kCeres,       ///< Ceres solves the whole problem: slower, the reference of the other.
+  kCeres,       ///< Ceres solves the whole problem: slower, a check of kEliminated.
 };
 
 struct CalibrateOptions {
@@ -312,10 +312,10 @@ struct CalibrateOptions {
   /// Refuse readings, times and temperatures that are impossible in their unit. Off: stated units
   /// are not questioned (a field in coils, a normalised strength).
   bool check_units = true;
-  /// The clock offsets of the sensors that the recording shows are corrected. Off: they are as
-  /// `time_offset_s` states, and σ include what that leaves.
+  /// The clock offsets of the sensors that the recording shows are corrected. Off: the offsets are
+  /// as `time_offset_s` states, and σ include what remains.
   bool corrects_clocks = true;
-  /// A corrected fault refuses the unit where it moves some parameter by more of its σ than this.
+  /// A corrected fault refuses the unit if it moves some parameter by more than this many of its σ.
   /// Unset: a corrected fault does not refuse it, the limits decide. Range: >= 0.
   std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
@@ -324,19 +324,19 @@ struct CalibrateOptions {
   /// parameters count as determined. Range: (0, 1).
   double observable_sigma = 0.1;
 
-  /// The gyroscope is calibrated without any sensor of gravity or field.
+  /// Whether the gyroscope is calibrated without any sensor of gravity or field.
   bool HasGyroscopeAlone() const;
-  /// Turns are compared with the magnetic field, not with gravity: magnetometer and gyroscope,
+  /// Whether turns are compared with the field, not with gravity: magnetometer and gyroscope,
   /// without accelerometer, in unknown attitudes. The vertical of such a world is the field.
   bool TurnsAgainstField() const;
-  /// The body frame is defined from outside: by known attitudes, or for a gyroscope alone by the
-  /// axes of its known turns and rates. The leading triad's matrix is then full.
+  /// Whether the body frame is defined from outside: by known attitudes, or for a gyroscope alone
+  /// by the axes of its known turns and rates. The leading triad's matrix is then full.
   bool IsBodyKnown() const;
   /// What the poses are: rests, a motion or a temperature sweep.
   Mode mode() const;
   /// Whether temperature terms of some triad are wanted.
   bool HasThermal() const;
-  /// Each session has a bias of its own.
+  /// Whether the triad has a bias of its own in each session.
   bool HasSessionBias(Triad triad) const;
   /// Whether some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;

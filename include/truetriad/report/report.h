@@ -16,7 +16,7 @@ namespace truetriad {
 
 struct Plan;
 
-/// How good the news is with which a text begins; neutral: usable, but without limits to meet.
+/// How good the result is that a text begins with; neutral: usable, but without limits to meet.
 enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
 
@@ -33,15 +33,15 @@ struct EmbeddedScript {
 struct ReportLooks {
   /// The folder of report.css and report.js as seen from the page; empty: the page contains them.
   std::string assets = {};
-  /// Plotly with `scatter3d` traces, for spheres to turn; empty: none turn. Only without `assets`.
+  /// Plotly with `scatter3d` traces, so that spheres turn; empty: none turn. Only without `assets`.
   EmbeddedScript plots = {};
 };
 
-/// A drawing and its caption, for pages only. Both are empty where there is nothing to show.
+/// A drawing and its caption, for pages only. Both are empty if there is nothing to show.
 struct Drawing {
   std::string svg;
   std::string caption;
-  std::string sensor = {};  ///< Its marks of poses link to this sensor's rows.
+  std::string sensor = {};  ///< The drawing's pose marks link to this sensor's rows.
   std::string scene = {};   ///< JSON from which a script draws; empty: none.
 };
 
@@ -54,7 +54,7 @@ struct ReportSources {
 };
 
 /// One self-contained HTML page (inline CSS, SVG and script, no network; complete without its
-/// script) in the same order. The same input gives the same bytes.
+/// script) in the order of CalibrationText. The same input gives the same bytes.
 std::string CalibrationHtml(const Calibration& calibration,
                             const ReportLooks& looks = {},
                             const ReportSources& sources = {});

@@ -21,7 +21,7 @@
 
 namespace truetriad {
 
-/// Opens a recording from its beginning at each call. Unset: the file of that name.
+/// Opens a recording from its beginning at each call. Unset: `input` is the name of a file.
 using RecordingOpener = std::function<Result<std::unique_ptr<SampleSource>>(
     const std::string& input, const OpenRecordingOptions& options)>;
 
@@ -35,35 +35,35 @@ struct SensorReadings {
 /// The poses of one recording or pose table, and where they came from.
 struct LoadedPoses {
   std::string input;   ///< The name with which it was opened.
-  PosesConfig config;  ///< How they were searched for.
+  PosesConfig config;  ///< How the poses were searched for.
   PoseSet poses;
   std::vector<InputFile> inputs;
-  std::vector<SensorReadings> readings;  ///< For each sensor; sessions in order.
+  std::vector<SensorReadings> readings;  ///< One for each sensor, session after session.
   PerTriad<std::optional<double>> si_per_count;
-  /// Static detection found them: neither the recording nor the caller states where they are.
+  /// Static detection found the poses: neither the recording nor the caller states them.
   bool are_detected = false;
   bool are_rows = false;  ///< Each row is a pose.
   /// Why a readable recording has no pose. `poses` then describes its streams.
   std::optional<Error> not_enough;
 };
 
-/// Reads a pose table, or a recording whose poses are as `config` states; unless it does (`given`),
-/// as the recording states, else by static detection. A recording of `opener` is never a pose
-/// table. Error (bad input): it cannot be read or trusted.
+/// Reads a pose table, or a recording. Its poses are as `config` states (`given`), else as the
+/// recording states, else found by static detection. A recording of `opener` is never a pose table.
+/// Error (bad input): the input cannot be read or trusted.
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {},
                               const RecordingOpener& opener = {});
 
-/// Digests of the first `most` readings of each sensor, or of all. Unset: it cannot be read.
+/// Digests of the first `most` readings of each sensor, or of all. Unset: `log` cannot be read.
 std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
                                                       std::optional<std::int64_t> most);
 
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 
-/// Error (bad input): both state a serial number, or device ids of their sensors, and these differ.
-/// `what` is "log.csv: the recording", to which `serial` and `tags` belong.
+/// Error (bad input): serial numbers or device ids that both state differ between `of` and `what`,
+/// which is "log.csv: the recording", to which `serial` and `tags` belong.
 Status CheckSameSensors(const std::string& what,
                         const std::string& serial,
                         const Tags& tags,
@@ -79,7 +79,8 @@ inline Status CheckSameSensors(
 }
 
 /// The poses of a recording on which calibrations are evaluated, as `poses` (ParsePoses) states,
-/// with the clocks of the first calibration. Errors: as LoadPoses; there is no pose; other sensors.
+/// with the clocks of the first calibration. Errors: as LoadPoses and CheckSameSensors; there is no
+/// pose.
 Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
                                    const std::string& input,
                                    const std::string& poses,
@@ -87,9 +88,9 @@ Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
                                    const RecordingOpener& opener = {});
 
 /// Calibrates from experiment.inputs; everything of calibration.yaml is filled. Too little data is
-/// an outcome. `first` is an earlier reading of the first input: it is not read again unless the
-/// experiment asks for something else. `poses` and `readings`, unless null, are set to those that
-/// were used. Error (bad input, usage): files that contradict the experiment or each other.
+/// an outcome. `first` is the first input if it was loaded before: it is not read again unless the
+/// experiment asks for something else. `poses` and `readings`, unless null, are set to those used.
+/// Error (bad input, usage): files that contradict the experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
                                         std::optional<LoadedPoses> first = std::nullopt,
@@ -97,7 +98,7 @@ Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const RecordingOpener& opener = {},
                                         std::vector<SensorReadings>* readings = nullptr);
 
-/// A draft of an experiment for recordings of one unit, and the first of them.
+/// A draft of an experiment for recordings of one unit, and the poses of the first of them.
 struct FirstLook {
   std::string experiment_yaml;  ///< Every sensor of any recording, with defaults and comments.
   LoadedPoses loaded;
@@ -118,8 +119,8 @@ Result<Calibration> TryCalibration(const std::string& input,
                                    const ProgressCallback& progress = {});
 
 /// Plans as the `plan:` block of `experiment` asks, in addition to the poses of the recording at
-/// `measured`; where that is empty, of the experiment's own if the block has `start: recording`, or
-/// of none. Error (bad input, usage): as CalibrateExperiment, and what MakePlan refuses.
+/// `measured`; if that is empty, of the experiment's own one if the block has `start: recording`,
+/// else of none. Error (bad input, usage): as CalibrateExperiment, and what MakePlan refuses.
 Result<Plan> PlanExperiment(Experiment experiment,
                             const std::string& measured,
                             const ProgressCallback& progress = {});

@@ -19,7 +19,7 @@
 namespace truetriad {
 
 /// How units of one kind differ from the nominal one: standard deviations, each entry drawn
-/// independently and normally. All zero: every unit is the nominal one (the truth is given).
+/// independently and normally. All zero: every unit equals the nominal one.
 struct UnitSpread {
   double bias = 0.0;              ///< Each axis, true unit.
   double scale = 0.0;             ///< Each gain, relative: 0.01 = 1 %.
@@ -28,20 +28,20 @@ struct UnitSpread {
   double thermal_bias = 0.0;      ///< Each axis of the linear term of the bias, true unit / degC.
   double thermal_scale = 0.0;     ///< Each gain of the linear term of S, relative / degC.
   double turn_on_bias = 0.0;      ///< Each axis, true unit; drawn for each session of the unit.
-  /// Each axis, (true unit)^-power of the term; of the kind of sensor that may have it.
+  /// Each axis, (true unit)^-power of the term; only terms that this kind of sensor may have.
   PerAxisTerm<double> axis_terms = {};
 };
 
-/// Noise of one triad, per axis, as if added to the true quantity: the readings have it times the
-/// nominal gain |diag S|. All zero: no noise. Range of every number: >= 0.
+/// Noise of one triad, per axis, as if added to the true quantity: in readings it is multiplied by
+/// the nominal gain |diag S|. All zero: no noise. Range of every number: >= 0.
 struct SensorNoise {
   /// White noise N, true unit / sqrt(Hz): one sample's sigma is N sqrt(rate), and N is the Allan
   /// deviation at 1 s (IEEE Std 952-1997, C.1.1: angle or velocity random walk).
   Eigen::Vector3d density = Eigen::Vector3d::Zero();
 
-  /// Bias instability as a first-order Gauss-Markov process: its stationary sigma, true unit, from
-  /// the first sample on, and its correlation time. Its Allan deviation peaks at 0.617 sigma, at
-  /// 1.89 correlation times.
+  /// Bias instability as a first-order Gauss-Markov process, stationary from the first sample on:
+  /// sigma, true unit, and correlation time. Its Allan deviation peaks at 0.617 sigma, at 1.89
+  /// correlation times.
   Eigen::Vector3d instability_sigma = Eigen::Vector3d::Zero();
   double correlation_time_s = 100.0;  ///< Range: > 0.
 
@@ -63,7 +63,7 @@ enum class GyroscopeOutput {
   /// The mean rate since its last sample (a sample before it at the first): Log(R'(t1)^T R'(t2)) /
   /// (t2 - t1) with R' the attitude against the stars, so that integrating the readings gives the
   /// attitudes back to the last digit. A sample that drops out takes its part of the turn with it.
-  /// Less than half a turn from sample to sample, or the scenario is not valid.
+  /// Range: less than half a turn from sample to sample.
   kMeanRate,
   kInstantaneous,  ///< The rate at the moment of the sample.
 };
@@ -73,8 +73,8 @@ struct SimulatedTriad {
   Unit unit;                           ///< Of the readings.
   std::optional<double> si_per_count;  ///< Stated in the recording; readings in counts only.
 
-  /// Bias in raw, sensitivity in raw per true unit. An axis term is of the kind of sensor that may
-  /// have it only.
+  /// Bias in raw, sensitivity in raw per true unit. Axis terms are only those that this kind of
+  /// sensor may have.
   TriadModel<double> nominal;
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< Raw per m/s^2. Gyroscope only.
   /// Terms in the temperature of the element; `range_degc` is ignored: nothing is clamped.
@@ -86,8 +86,8 @@ struct SimulatedTriad {
   double resolution_raw = 0.0;  ///< Readings are rounded to its multiples; 0: not rounded.
   std::optional<Eigen::Vector2d> range_raw;  ///< Readings stop at its ends, low and high.
 
-  /// Sensor from the point about which the unit turns, body frame. Accelerometer only:
-  /// f = R^T (a + g) + alpha x r + omega x (omega x r).
+  /// Position of the sensor relative to the point about which the unit turns, body frame.
+  /// Accelerometer only: f = R^T (a + g) + alpha x r + omega x (omega x r).
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();
   GyroscopeOutput gyroscope_output = GyroscopeOutput::kMeanRate;
 };
@@ -108,7 +108,7 @@ struct SimulatedWorld {
 struct PosesStep {
   std::vector<ProgramPose> poses;
   double rest_s = 4.0;       ///< Range: > 0.
-  double rest_spread = 0.0;  ///< Each rest is uniform in rest_s (1 ± this). Range: 0…0.9.
+  double rest_spread = 0.0;  ///< Rest lengths: uniform in rest_s (1 ± this). Range: 0…0.9.
   double move_s = 1.2;       ///< Range: > 0.
   /// Sigma, about each body axis, of the error with which each pose is taken.
   double tilt_sigma_rad = 0.0;
@@ -137,7 +137,7 @@ struct RateStep {
 struct TumbleStep {
   double duration_s = 60.0;     ///< Range: > 0.
   double rms_rate_radps = 2.0;  ///< RMS length of the rate once it is under way. Range: > 0.
-  /// RMS along each world axis of the hand's own acceleration, of some tenths to two hertz.
+  /// RMS along each world axis of the hand's own acceleration, at some tenths of a hertz to 2 Hz.
   /// Range: >= 0.
   double hand_acceleration_mps2 = 0.0;
 };
@@ -153,7 +153,7 @@ struct TemperatureHold {
 };
 struct TemperatureRamp {
   double to_degc = 25.0;
-  double rate_degcps = 0.01;  ///< Its size; the sign follows from where it starts. Range: > 0.
+  double rate_degcps = 0.01;  ///< Absolute rate; the sign follows from the start. Range: > 0.
 };
 struct TemperatureSine {
   double amplitude_degc = 0.0;  ///< About the temperature at its start, up first.
@@ -165,28 +165,28 @@ using TemperatureSegment = std::variant<TemperatureHold, TemperatureRamp, Temper
 /// The chamber, and how the unit and its thermometer follow it.
 struct SimulatedTemperature {
   double start_degc = 25.0;  ///< Everything is settled here at the start.
-  /// From the start of the recording on; held at its last value afterwards. It does not prolong the
-  /// recording: the motion does. Not together with `soak_degc`.
+  /// The chamber's temperature from the start of the recording on, held at its last value
+  /// afterwards. The motion alone sets the length of the recording. Not together with `soak_degc`.
   std::vector<TemperatureSegment> profile;
-  /// The whole motion is repeated at each of these; the unit rests while the chamber goes there.
+  /// Soaks: the whole motion is repeated at each; the unit rests while the chamber goes there.
   std::vector<double> soak_degc;
   /// How fast the chamber goes to a soak or to the temperature that a pose asks for, and how long
   /// the unit waits there before the next move.
   double chamber_rate_degcps = 0.05;  ///< Range: > 0.
   double settle_s = 60.0;             ///< Range: >= 0.
 
-  double element_lag_s = 0.0;      ///< Of the sensing elements behind the chamber, first order.
-  double thermometer_lag_s = 0.0;  ///< Of the unit's thermometer behind the chamber, first order.
-  double thermometer_noise_degc = 0.0;       ///< Sigma of one reading.
+  double element_lag_s = 0.0;           ///< First-order lag from chamber to elements.
+  double thermometer_lag_s = 0.0;       ///< First-order lag from chamber to the unit's thermometer.
+  double thermometer_noise_degc = 0.0;  ///< Sigma of one reading.
   double thermometer_resolution_degc = 0.0;  ///< 0: not rounded.
-  /// Half-width of the play between the element's temperature and that on which bias and matrix
-  /// depend: they do not follow until it is used up.
+  /// Half-width of the play between the element's temperature and the temperature on which bias and
+  /// matrix depend: the latter does not follow until the play is used up.
   double hysteresis_degc = 0.0;
   bool logged = true;  ///< The recording has a temperature column.
 
-  bool ambient_logged = false;      ///< The recording has a column of the ambient temperature.
-  double ambient_lag_s = 0.0;       ///< Of the ambient thermometer behind the chamber, first order.
-  double ambient_noise_degc = 0.0;  ///< Sigma of one reading.
+  bool ambient_logged = false;           ///< The recording has a column of the ambient temperature.
+  double ambient_lag_s = 0.0;            ///< First-order lag from chamber to ambient thermometer.
+  double ambient_noise_degc = 0.0;       ///< Sigma of one reading.
   double ambient_resolution_degc = 0.0;  ///< 0: not rounded.
   /// The sensing elements are at (1 - share) of the unit's own temperature and share of that of the
   /// ambient thermometer, as with heat that flows through the package. Range: 0 to 1.
@@ -246,10 +246,10 @@ using Disturbance =
 /// Everything that a simulated recording, or a fleet of them, follows from.
 struct Scenario {
   std::string description;     ///< One line, which recordings begin with; empty: none.
-  std::string serial = "SIM";  ///< Of the unit; with `count` > 1 followed by 0001, 0002, …
+  std::string serial = "SIM";  ///< Serial number; with `count` > 1 followed by 0001, 0002, …
   std::string model = "simulated";
   std::uint64_t seed = 1;
-  int count = 1;  ///< Units. Range: 1…9999.
+  int count = 1;  ///< Number of units. Range: 1…9999.
   /// Recordings of each unit, which is switched off in between. Range: 1…kMostSimulatedSessions.
   int sessions = 1;
 
@@ -265,7 +265,7 @@ struct Scenario {
   /// Every value out of its range and every contradiction between values, with what was seen, what
   /// is expected, and the key of a scenario's file that it is about.
   std::vector<Error> Mistakes() const;
-  /// Error (bad input): all of these, a line each.
+  /// Error (bad input): all mistakes, a line each.
   Status Validate() const;
 };
 

@@ -37,14 +37,14 @@ SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 
 /// The scenario of one session (0-based) of unit `index`: that unit alone, with the bias that it
 /// has after it was switched on, and random numbers of the session's own. The first session differs
-/// from a scenario of one in its bias alone.
+/// from a scenario without further sessions in its bias alone.
 Scenario SessionOf(const Scenario& scenario, int index, int session);
 
 /// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
-/// from its recording: converged, every sigma zero; the covariance lists all that is true of it,
-/// temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's matrix
-/// has that form, else `fixture`: the body frame is that of the scenario's attitudes. The reference
-/// temperature is the thermal terms', else the scenario's start.
+/// from its recording: outcome kConverged, every sigma zero; the covariance lists all of the unit's
+/// parameters, temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's
+/// matrix has that form, else `fixture`: the body frame is that of the scenario's attitudes. The
+/// reference temperature is the thermal terms', else the scenario's start.
 Calibration TruthOf(const Scenario& scenario, int index);
 
 class Simulation;
@@ -57,10 +57,10 @@ struct TrueRest {
   double start_s = 0.0;  ///< True time.
   double end_s = 0.0;
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();  ///< At its end.
-  /// What the program asked for: without the error with which the pose was taken.
+  /// The attitude that the program asked for, without the error with which the pose was taken.
   Eigen::Quaterniond intended_world_from_body = Eigen::Quaterniond::Identity();
   double element_degc = 25.0;  ///< Temperature of the sensing elements, mean of start and end.
-  std::string label;           ///< The pose's, or empty.
+  std::string label;           ///< Label of the pose, or empty.
 };
 
 /// The recording of one unit, generated while it is read, in bounded memory. The readings are those
@@ -70,13 +70,13 @@ class Simulation : public SampleSource {
   /// Error (bad input): the scenario is not valid.
   static Result<std::unique_ptr<Simulation>> Create(const Scenario& scenario, int index);
 
-  /// Every rest of the motion, between moves, of a length above zero.
+  /// Every rest between moves that is longer than zero.
   virtual const std::vector<TrueRest>& rests() const = 0;
 
   /// The rows of each rest, as `poses.yaml` states them: in the file of the accelerometer, else of
   /// the magnetometer, else of the gyroscope; without the first sampling interval, over which a
   /// gyroscope averages part of the move. Complete once everything has been read. A rest that is
-  /// shorter than its sampling is missing.
+  /// shorter than a sampling interval is missing.
   virtual std::vector<PoseRange> rest_rows() const = 0;
 
   /// What the operator of a table would state of the scenario's `turn` and `turntable` steps, with
@@ -96,7 +96,7 @@ class Simulation : public SampleSource {
   /// Length of the recording.
   virtual double duration_s() const = 0;
 
-  /// How WriteRecording is to write it.
+  /// How WriteRecording is to write the recording.
   virtual const RecordingFormat& format() const = 0;
 };
 

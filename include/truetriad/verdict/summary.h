@@ -9,11 +9,11 @@ namespace truetriad {
 /// What Calibrate did. The calibration's outcome says whether it can be used.
 struct CalibrationSummary {
   Calibration calibration;  ///< outcome kNotCalled until Calibrate fills it.
-  int iterations = 0;       ///< Of the optimiser, all rounds together.
-  int rounds = 0;           ///< Rounds of weights and excess noise.
+  int iterations = 0;       ///< Iterations of the optimiser, all rounds together.
+  int rounds = 0;           ///< Times that weights and excess noise were estimated anew.
   double initial_cost = -1.0;
   double final_cost = -1.0;
-  CalibrateOptions options;  ///< Those of the call, with every `auto` replaced by its choice.
+  CalibrateOptions options;  ///< As given, with every `auto` replaced by what was chosen.
 };
 
 }  // namespace truetriad

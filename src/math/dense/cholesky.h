@@ -16,7 +16,7 @@ class Cholesky {
   Cholesky();
   explicit Cholesky(const Eigen::MatrixXd& A);
 
-  /// Whether A is positive definite; nothing below is meant for one that is not.
+  /// Whether A is positive definite; the functions below are meant only for such an A.
   bool is_positive() const;
   /// Estimate of 1 / (|A| |A^-1|) in the 1-norm.
   double ReciprocalCondition() const;
@@ -52,10 +52,10 @@ class PivotedCholesky {
   Eigen::LDLT<Eigen::MatrixXd> factor_;
 };
 
-/// L of A = L L^T; meaningless where A is not positive definite.
+/// L of A = L L^T; meaningless if A is not positive definite.
 Eigen::Matrix3d CholeskyRoot(const Eigen::Matrix3d& A);
 
-/// L where A is positive definite, else nullopt.
+/// L if A is positive definite, else nullopt.
 std::optional<Eigen::Matrix3d> CholeskyRootOfPositive(const Eigen::Matrix3d& A);
 
 /// L^-1.

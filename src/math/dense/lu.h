@@ -8,7 +8,7 @@ namespace truetriad {
 
 // Eigen's LU factors with full pivoting, compiled once.
 
-/// A^-1; meaningless where A is singular.
+/// A^-1; meaningless if A is singular.
 Eigen::MatrixXd InverseByLu(const Eigen::MatrixXd& A);
 
 /// A solution of A x = b.

@@ -20,7 +20,7 @@ Eigen::MatrixXd Times(const ConstMatrixRef& A, const ConstMatrixRef& B);
 /// A^T B.
 Eigen::MatrixXd TransposeTimes(const ConstMatrixRef& A, const ConstMatrixRef& B);
 
-/// The same of matrices that are stored row by row.
+/// A^T B of matrices that are stored row by row.
 Eigen::MatrixXd TransposeTimesRows(const ConstRowsRef& A, const ConstRowsRef& B);
 
 /// A B^T.

@@ -14,7 +14,7 @@ namespace truetriad {
 //
 //   rows   [tangent axes]^T u - t        u: the up direction in the body
 //
-// Parameters: the face's tilt (2, rad), the state. A direction is that of gravity.
+// Parameters: the face's tilt (2, rad), the state. A state that is a direction is u itself.
 class FaceRow final : public Row {
  public:
   FaceRow(int face, const SharedBlock& tilt, PoseKind state);

@@ -28,7 +28,7 @@ namespace truetriad {
 //
 //   dM = -<t> [e] + <t^2> ([e] [w] + [w x e] / 2)        [.]: skew; third order of t w left out
 //
-// A constant M would pull the gyroscope's axes to those at which M was computed.
+// A constant M would pull the gyroscope's axes towards those with which M was computed.
 //
 // Parameters: the triad's (TriadBlocks), the reference block (6), if M is updated the gyroscope's
 // bias (3) and sensitivity (9, column by column), the state.

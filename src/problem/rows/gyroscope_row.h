@@ -17,7 +17,7 @@ namespace truetriad {
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //
 // w = R^T (earth's rate), or zero if it is neglected; f = R^T (0, 0, g), or g d in a pose of which
-// only the direction d of gravity is known; G: g-sensitivity, where there is one.
+// only the direction d of gravity is known; G: g-sensitivity, if it is modelled.
 //
 // Parameters: the triad's (TriadBlocks); g-sensitivity (9, column by column); if one of the two is
 // modelled, the reference block (6) and the state. The earth's rate needs an attitude.

@@ -16,8 +16,8 @@ namespace truetriad {
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //
 // f: mean specific force meanwhile, by the accelerometer. Parameters: the triad's (TriadBlocks);
-// g-sensitivity (9, column by column), where there is one. Rates are stated relative to the table:
-// the earth's rate is not added.
+// g-sensitivity (9, column by column), if modelled. Rates are stated relative to the table: the
+// earth's rate is not added.
 class RateRow : public Row {
  protected:
   RateRow(const SharedLayout& layout,

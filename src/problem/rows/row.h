@@ -15,7 +15,7 @@ struct SharedBlock {
 };
 
 // One physical statement as a Ceres cost function: model minus reading or stated value, in the
-// latter's unit. It is not weighted: WhitenedRow does this for every row.
+// latter's unit. A row has no weight of its own: WhitenedRow weights every row.
 //
 // Parameter blocks: the shared ones of shared_blocks(), then the state of each of its poses (one,
 // or two neighbours): its attitude, world <- body, as a quaternion x y z w; or, if only a direction
@@ -33,8 +33,8 @@ class Row : public ceres::CostFunction {
 
   // All shared blocks come before the first state.
   void AddShared(const SharedBlock& block);
-  // Adds the first of them and reserves exactly `more` further ones and two states, since a chain
-  // has up to three rows for each of many thousand poses.
+  // Adds the first shared blocks and reserves memory for exactly `more` further ones and two
+  // states, since a chain has up to three rows for each of many thousand poses.
   void AddFirstShared(const std::vector<SharedBlock>& blocks, std::size_t more);
   void AddState(int size) { mutable_parameter_block_sizes()->push_back(size); }
 

@@ -28,7 +28,7 @@ class RowEvaluation {
   // Derivatives by the i-th of row.shared_blocks(); by the first or second state (ambient).
   Jacobian BySharedBlock(std::size_t i) const { return {jacobians_[i], rows_, sizes_[i]}; }
   Jacobian ByState(std::size_t i) const { return BySharedBlock(shared_count_ + i); }
-  // All of them, block after block, each row-major.
+  // All derivatives, block after block, each block row-major.
   const double* jacobians() const { return buffer_.data(); }
 
  private:

@@ -11,10 +11,10 @@
 
 namespace truetriad {
 
-// W with W^T W the inverse covariance of a row's values; it is square, with one row per value.
+// The W for which W^T W is the inverse covariance of a row's values; square, with a row per value.
 using RowRoot = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 3, 3>;
 
-// W times a row, which has unit variance, for a ceres::Problem.
+// A row multiplied by W, so that its values have unit variance, for a ceres::Problem.
 class WhitenedRow final : public ceres::CostFunction {
  public:
   WhitenedRow(std::shared_ptr<const Row> row, const RowRoot& root);

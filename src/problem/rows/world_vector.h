@@ -45,8 +45,8 @@ Eigen::Matrix<T, 3, 1> EarthRateOf(const Eigen::Vector3d& earth_rate_radps, cons
   return world;
 }
 
-// The vector of a triad with its derivative by the reference block. Each thread caches the last one
-// of each triad, since all rows of a graph use the same.
+// The vector of a triad with its derivative by the reference block. Each thread caches the last
+// result of each triad, since all rows of a graph share one reference.
 struct WorldVectorWithJacobian {
   Eigen::Vector3d vector;
   Eigen::Matrix<double, 3, kReferenceSize> by_reference;

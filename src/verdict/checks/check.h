@@ -38,19 +38,19 @@ struct SolvedRun {
   const PresentedSolution& solution;
   const Unmodelled& unmodelled;
   const NoiseState& noise_before;  // before faults were included
-  const OffOptimum& off;           // of that noise
+  const OffOptimum& off;           // how far that noise is off its optimum
   bool determined = true;          // each wanted parameter has a σ below the limit
   const Calibration& stated;       // reference and quality; for remarks also the sensors
 };
 
-// A change of temperature with bias changes above a good calibration's σ: consumer sensors drift by
-// about 1 mg, 0.02 deg/s and 0.1 uT per degC, so by 10 mg over it.
+// A change of temperature that changes biases by more than a good calibration's σ: consumer sensors
+// drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC, and so by ten times that.
 inline constexpr double kMuchTemperatureDegc = 10.0;
 
 // A check examines a run and returns findings. No later check is called after one that refuses.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
-// Whether the solution can be used, in the order of kUsability (verdict.cc). fit.cc
+// Whether the solution can be used; kUsability in verdict.cc has the order. Most are in fit.cc.
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
@@ -64,7 +64,7 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved);  // 
 Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);      // mounting.cc
 Findings CheckGains(const SettledRun& run, const SolvedRun& solved);         // units.cc
 
-// Remarks for the reader of a usable result; none of these refuses.
+// Remarks for the reader of a usable result; no remark refuses it.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRejectedPoses(const SettledRun& run, const SolvedRun& solved);  // outliers.cc
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
@@ -81,7 +81,7 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved);  // faults
 Findings CheckCurves(const SettledRun& run, const SolvedRun& solved);
 Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verdict/sessions.cc
 
-// Parts that hold for rests, motions and sweeps alike.
+// Checks that apply to rests, motions and sweeps.
 //
 // A warning if degrees of freedom are too few to know σ.
 Findings CheckDegreesOfFreedom(double dof, const char* remedy);

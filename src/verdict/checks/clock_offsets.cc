@@ -29,14 +29,14 @@ constexpr double kLostRad = 0.2;
 constexpr double kDifferenceS = 0.04;
 // Chosen: the iteration ends after this round even if its last step is above kSettledS.
 constexpr int kMostRounds = 12;
-// Last step of the iteration: moves determine clocks to 0.1 ms.
+// The iteration ends after a shorter step, s: moves determine clocks to 0.1 ms.
 constexpr double kSettledS = 1e-5;
 // A longer offset is not a clock's, since moves last about a second.
 constexpr double kLongestS = 0.5;
 // An offset with a larger p is not reported.
 constexpr double kSaidChance = 1e-5;
-// Nor is one that exceeds the time between two readings by fewer σ: when within that time a reading
-// was taken is not a question of clocks.
+// Nor is an offset that exceeds the time between two readings by fewer σ: at which moment within
+// that time a reading was taken is not a question of clocks.
 constexpr double kSurelyLonger = 3.0;
 
 // One move, as the gyroscope measured it.
@@ -46,7 +46,7 @@ struct FollowedMove {
   std::vector<Eigen::Quaterniond> world_from_body;
 };
 
-// Sums over one move: Z^T Z and Z^T r of its rows, their squares and their number.
+// Sums over one move: Z^T Z and Z^T r of its rows, r^T r, and the number of rows.
 struct MoveSums {
   Normal normal = Normal::Zero();
   Unknowns right = Unknowns::Zero();
@@ -270,7 +270,7 @@ Eigen::VectorXd ChangeOfRows(Triad triad,
     if (edge.accelerometer_raw.empty()) continue;
     IncrementEdge corrected = edge;
     corrected.accelerometer_raw = ShiftedBy(later_s, edge.move.time_s, edge.accelerometer_raw);
-    // It is integrated at the graph's state, so that no derivative is involved.
+    // The turn is integrated at the graph's state, so that no derivative is involved.
     corrected.increment.rotation = corrected.RotationAt(graph.layout, graph.shared.data());
     change.segment<3>(system.factors()[graph.nodes.size() + i].row) =
         ResidualOf(corrected, graph) - ResidualOf(edge, graph);

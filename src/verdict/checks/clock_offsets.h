@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// The clock of each vector sensor relative to the gyroscope's, from the moves between rests of a
+// The offset of each vector sensor's clock from the gyroscope's, from the moves between rests of a
 // settled graph. A reading that is reported d after it was taken is of the field in the body's
 // attitude d before,
 //
@@ -18,8 +18,8 @@ namespace truetriad {
 //
 // R is propagated by the gyroscope from rest to rest, w its rate; r, for the accelerometer alone,
 // is its place relative to the point about which hands turn the unit. Moves are weighted by their
-// fit; σ is by leaving each out in turn, so that it includes all other effects that differ from
-// move to move. A sensor without enough moves has no offset.
+// fit; σ is found by leaving out one move after another, so that it includes all other effects that
+// differ from move to move. A sensor without enough moves has no offset.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
 // The effect of an offset on a solution: a clock that is late by d changes the mean of a rest by d
@@ -30,7 +30,7 @@ Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system);
 
-// Whether an offset is significant and more than a reading of the gyroscope.
+// Whether an offset is significant and exceeds the time between two gyroscope readings.
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses);
 
 // The finding for a corrected offset relative to the clock of `reference`.

@@ -27,7 +27,7 @@ bool IsTied(const TakenFault& fault, const SharedLayout& layout) {
          layout.ColumnsOf(layout.sensitivity[fault.place.triad], 9).size() > 3;
 }
 
-// The line that makes the fault a parameter, if the model has one.
+// The line that makes the fault a parameter, if the model has such a parameter.
 std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
   const FaultKind& kind = *fault.place.kind;
   if (kind.parameter == ParameterKind::kSensitivity) {
@@ -74,8 +74,8 @@ std::string TermOf(const FaultKind& kind) {
   return std::string(kind.parameter ? InfoOf(*kind.parameter).name : kind.name);
 }
 
-// A pair of faults of a joined recording: gains or mountings of two sensors change together only if
-// the unit is exchanged. Positions are known to one pose.
+// The finding if two faults show that two recordings were joined: gains or mountings of two sensors
+// change together only if the unit is exchanged. Positions are known to one pose.
 std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
   const auto is_of_unit = [](const TakenFault& fault) {
     const FaultKind& kind = *fault.place.kind;
@@ -112,8 +112,8 @@ struct StatedBend {
   double widening = 1.0;  // largest factor by which it widens the σ of a parameter
 };
 
-// A sentence on nonlinearities that these poses separate too badly from the model to protect the
-// parameters; unset if there are none.
+// The finding that names nonlinearities which the poses separate too badly from the model to
+// protect the parameters; unset if there are none.
 std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
                                         const std::vector<StatedBend>& stated) {
   std::vector<std::string> bends;

@@ -10,12 +10,12 @@
 namespace truetriad {
 namespace {
 
-// Noise is then stated 30 times too small (the square root), so that no σ from it can be trusted.
+// Above this, noise is stated 30 times too small (the square root): no σ from it can be trusted.
 constexpr double kMostReducedChi2 = 1e3;
-// Limits of the step that is left, in χ² and as a share of typical sizes: both must be exceeded,
-// since noiseless data have σ near zero.
+// Limits of Newton's step at the solution, in χ² and as a share of typical sizes: both must be
+// exceeded, since noiseless data have σ near zero.
 constexpr double kShortChi2 = 0.01;
-// The second: some parameter still changes by more than 1e-6 of its typical size.
+// The second limit: some parameter still changes by more than 1e-6 of its typical size.
 constexpr double kShortShare = 1e-6;
 // Once σ include all effects, exceeding the limit of `determined` is a warning; with σ this many
 // times the limit a parameter is worthless, and the run is refused.

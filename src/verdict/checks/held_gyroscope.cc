@@ -14,12 +14,12 @@
 namespace truetriad {
 namespace {
 
-// For the median over the turns. Start values of an accelerometer have errors of a few hundredths;
-// a gain error of a tenth has an error of 0.1 rad after a turn of a radian.
+// Largest median error of the turns. Start values of an accelerometer have errors of a few
+// hundredths; a gain error of a tenth has an error of 0.1 rad after a turn of a radian.
 constexpr double kMostMissedRad = 0.1;
 // Fewer turns are no basis for a median.
 constexpr std::size_t kFewTurns = 3;
-// Handling and settling cause tenths of a degree; this is 1.1 degrees.
+// Scatter of turns that is reported, 1.1 degrees: handling and settling cause tenths of a degree.
 constexpr double kOddScatterRad = 0.02;
 
 bool IsHeld(const TriadOptions& gyroscope) {

@@ -14,8 +14,8 @@
 namespace truetriad {
 
 // The finding if a gyroscope with a held matrix or bias predicts turns that are far from those of
-// gravity between the rests; unset if they agree, or nothing is held. A solution with it would
-// distort the poses to fit its turns. `nodes` as of BuildNodes.
+// gravity between the rests; unset if they agree, or nothing is held. A solution with such a
+// gyroscope would distort the poses to fit its turns. `nodes` as of BuildNodes.
 std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
                                                const StartValues& start,
                                                const std::vector<PoseNode>& nodes,

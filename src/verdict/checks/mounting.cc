@@ -21,11 +21,11 @@ namespace {
 // One interpretation of the sensors' axes: the body frame as solved, or with renamed axes.
 struct MountingView {
   PerTriad<std::optional<Eigen::Matrix3d>> maps;
-  std::vector<Triad> against;   // whose stated mounting it contradicts
+  std::vector<Triad> against;   // sensors whose stated mounting it contradicts
   std::vector<Triad> mirrored;  // left-handed, with no stated mounting
   bool blames_attitudes = false;
-  int axes = 0;   // that differ from stated ones
-  int other = 0;  // that differ from the body's, where no mounting is stated
+  int axes = 0;   // number of axes that differ from stated ones
+  int other = 0;  // number that differ from the body's, of sensors without stated mounting
 
   std::size_t faults() const { return against.size() + mirrored.size() + blames_attitudes; }
   bool Contradicts() const { return blames_attitudes || !against.empty(); }
@@ -56,8 +56,8 @@ MountingView ViewOf(const CalibrateOptions& options,
   return view;
 }
 
-// The interpretations with the fewest contradictions, each with other sensors; among those with the
-// same sensors the one that changes the fewest axes; the simplest first.
+// The interpretations with the fewest contradictions, the simplest first: of those that contradict
+// the same sensors, only the one that changes the fewest axes.
 std::vector<MountingView> LikeliestViews(const CalibrateOptions& options, const PoseGraph& graph) {
   std::vector<MountingView> views;
   for (const Eigen::Matrix3d& T : AllAxisMaps()) views.push_back(ViewOf(options, graph, T));
@@ -114,8 +114,8 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
   return finding;
 }
 
-// Whether a magnetometer is reversed relative to an accelerometer: a wrong sign of that turns every
-// attitude upside down, which a gyroscope does not show, and so does a wrong hemisphere.
+// Whether a magnetometer is reversed relative to an accelerometer: a wrong sign of the latter turns
+// every attitude upside down, which a gyroscope does not show, and so does a wrong hemisphere.
 bool IsReversedAgainst(const CalibrateOptions& options, Triad triad, const Eigen::Matrix3d& map) {
   return triad == Triad::kMagnetometer && options.triads[Triad::kAccelerometer].enabled &&
          !options.IsBodyKnown() && map == -Eigen::Matrix3d::Identity();

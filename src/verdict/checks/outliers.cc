@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-// Refuses if most poses of a sensor were rejected, or so many that the others determine too little:
+// Refuses if most poses of a sensor were rejected, or too many for the others to determine enough:
 // its noise was stated, and does not fit the poses.
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   const bool determined = solved.determined && solved.system.rank() == solved.system.size();

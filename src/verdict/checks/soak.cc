@@ -182,11 +182,11 @@ Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& syste
   return G;
 }
 
-// Offsets o beyond the terms are L o, since the terms, the bias and the rest of the model adapt to
-// them. Of L L^T: its trace, and the degrees of freedom of a sum of squares (Satterthwaite 1946).
-// Unset if the bias is held, or a temperature does not determine one. Noise with covariance S at
-// each temperature leaves L S, with all its effects on the solution; it is scaled by the diagonal
-// of S, as the settings' σ scale a sum of squares.
+// What the model leaves of offsets o: L o, since the terms, the bias and the rest of the model
+// adapt to offsets. Of L L^T: its trace, and the degrees of freedom of a sum of squares
+// (Satterthwaite 1946). Unset if the bias is held, or a temperature does not determine it. Of noise
+// with covariance S at each temperature L S is left, with all effects on the solution; it is scaled
+// by the diagonal of S, as the settings' σ scale a sum of squares.
 struct Leftover {
   double trace = 0.0;
   double dof = 0.0;

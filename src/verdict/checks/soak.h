@@ -16,22 +16,22 @@ namespace truetriad {
 // each group spans a twentieth of the range, or 1 degC.
 std::vector<std::vector<std::size_t>> PosesByTemperature(const PoseSet& poses);
 
-// The poses with these ascending indices, and the moves between them.
+// The poses at `places`, which are ascending indices, and the moves between adjacent ones.
 PoseSet PosesAmong(const PoseSet& poses, const std::vector<std::size_t>& places);
 
 // The poses of each setting, with the turns that begin in them.
 std::vector<HeldOutGroup> GroupsOfSettings(const PoseGraph& graph);
 
 // The bias that the poses of each setting determine alone, for every triad with temperature terms.
-// Settings whose poses do not determine one are left out.
+// Settings whose poses do not determine a bias are left out.
 std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph);
 
 // The common error of the poses of one temperature beyond the temperature terms, of one triad.
 struct SettingScatter {
-  double ratio = 1.0;         // its χ² by the poses' noise over that of independent offsets
+  double ratio = 1.0;         // χ² by the poses' noise over the share of offsets that terms leave
   double dof = 0.0;           // degrees of freedom: about three for each unused temperature
-  double p_value = 1.0;       // that noise causes it; 1 without degrees of freedom
-  double variance_raw = 0.0;  // of an axis, beyond that of the noise
+  double p_value = 1.0;       // probability that noise causes it; 1 without degrees of freedom
+  double variance_raw = 0.0;  // of the error on an axis, beyond the variance of noise
 };
 SettingScatter ScatterOf(const PoseGraph& graph,
                          const ReducedSystem& system,

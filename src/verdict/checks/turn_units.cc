@@ -29,10 +29,10 @@ constexpr std::size_t kMostTurns = 24;
 constexpr std::size_t kFewestTurns = 4;
 // Least turn, 20 degrees, that depends on a factor enough to test it.
 constexpr double kTurnedRad = 0.35;
-// A gyroscope before calibration explains half of the turns by this error, rad: a gain error of a
-// tenth in half a turn is 0.31. A factor with a third of the stated unit's error is the right one.
+// An uncalibrated gyroscope predicts half of the turns within this error, rad: a gain error of a
+// tenth in half a turn is 0.31. A factor that reduces the error to a third is the right one.
 constexpr double kExplainedRad = 0.3;
-// The stated unit's error over that of the factor.
+// Least ratio of the stated unit's error to the factor's.
 constexpr double kBetterBy = 3.0;
 // For a unit that never rests: the accelerometer's mean is over ± this time, 0.05 s.
 constexpr double kMeanNs = 5e7;
@@ -46,8 +46,8 @@ struct SeenTurn {
 
 // The up direction by the uncalibrated accelerometer; without one the field's.
 Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
-  // For counts the middle of the range is nearer to zero force than 0 is; the same holds for zero
-  // field beside iron.
+  // In counts, the middle of the range is nearer to zero force than 0 is; beside iron, it is also
+  // nearer to zero field.
   const bool is_centred = !stream.unit.is_counts && stream.triad == Triad::kAccelerometer;
   const Eigen::Vector3d zero =
       is_centred ? Eigen::Vector3d(Eigen::Vector3d::Zero())
@@ -114,7 +114,7 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
   return turns;
 }
 
-// The turns of the length with most of them.
+// The turns over pieces of that length which gives the most turns.
 std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& stream) {
   std::vector<SeenTurn> most;
   for (const double piece_s : kPiecesS) {
@@ -125,7 +125,7 @@ std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& s
   return most;
 }
 
-// Median angle to gravity after the turns, if one raw unit of each axis is so many rad/s.
+// Median angle to gravity after the turns, if a raw unit of each axis is `truth_per_raw` rad/s.
 double TurnErrorAt(const std::vector<SeenTurn>& turns,
                    const Eigen::Vector3d& bias_raw,
                    const Eigen::Vector3d& truth_per_raw) {
@@ -144,11 +144,12 @@ double TurnErrorAt(const std::vector<SeenTurn>& turns,
 
 struct Explanation {
   double factor = 1.0;
-  std::optional<int> axis;  // the axis it is on; unset: all
+  std::optional<int> axis;  // the axis that has the factor; unset: all
   double error = kExplainedRad;
 };
 
-// Known units for the stated one, that conversion done twice, and shifted decimal points.
+// Factors of other known units for the stated one, of that conversion done twice, and of shifted
+// decimal points.
 std::vector<double> FactorsOf(const Unit& stated) {
   std::vector<double> factors = {1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3};
   for (const double truth_per_raw : KnownUnitsOf(Triad::kGyroscope)) {

@@ -21,7 +21,7 @@ namespace {
 
 // Largest factor of a gain's error by manufacture and mounting; soft iron rarely exceeds it.
 constexpr double kMostGain = 1.3;
-// The same for a magnetometer with `units: trust`; beyond it there is a warning.
+// Gain factor of a magnetometer with `units: trust` beyond which there is a warning.
 constexpr double kOddGain = 5.0;
 // Gain of one axis over the other two: manufacture, and nearly all soft iron, stay below it.
 constexpr double kOddAxis = 1.6;
@@ -33,9 +33,9 @@ constexpr double kMostForce = 3.0;
 constexpr double kUnitFactor = 1.25;
 // The Earth's field at its surface is 22 to 67 uT; in a building it may be half or double that.
 constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
-// A field within this factor of these is a warning only.
+// A field within this factor of the above limits is a warning only.
 constexpr double kIndoors = 2.0;
-// Field assumed to recognise a unit, which an error of a factor of two does not change.
+// Field assumed when a unit is recognised; an error of a factor of two changes no unit.
 constexpr double kTypicalFieldUt = 50.0;
 // Slower sampling cannot follow the turns of a hand; no gyroscope is sampled faster.
 constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
@@ -94,7 +94,7 @@ bool IsEarthly(double strength_ut, double margin) {
   return strength_ut >= kWeakestFieldUt / margin && strength_ut <= kStrongestFieldUt * margin;
 }
 
-// "; this looks like mG labelled uT".
+// ": looks like mG labelled uT"; empty without a unit.
 std::string Guess(const std::optional<std::string>& unit, const std::string& stated) {
   return unit ? ": looks like " + *unit + " labelled " + stated : "";
 }
@@ -195,7 +195,7 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
 std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
   if (!poses.temperature_range_degc) return std::nullopt;
   const Eigen::Vector2d& range = *poses.temperature_range_degc;
-  // All of them must be impossible: a single one may be a disturbance.
+  // All temperatures must be impossible: a single one may be a disturbance.
   if (range[0] <= kHottestDegc && range[1] >= kColdestDegc) return std::nullopt;
   const bool is_kelvin =
       range[0] + kAbsoluteZeroDegc > kColdestDegc && range[1] + kAbsoluteZeroDegc < kHottestDegc;
@@ -209,7 +209,7 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
       .With("highest", range[1], "degC");
 }
 
-// ", and its y axis spans 9.8 times what the others do", if one does.
+// ", and its y axis spans 9.8 times the range of the others", if an axis does.
 std::string OddSpan(const StreamSummary& stream) {
   const Eigen::Vector3d span = stream.maximum_raw - stream.minimum_raw;
   for (int axis = 0; axis < 3; ++axis) {
@@ -248,7 +248,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
       .With("gain", gain);
 }
 
-// Lengths of the readings; those of rows for a table.
+// Lengths of the readings; of a table, lengths of its rows.
 LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) {
   if (stream.length_raw > 0.0) {
     return {stream.length_raw, stream.length_scatter, stream.length_extent};

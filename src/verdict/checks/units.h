@@ -24,7 +24,7 @@ std::vector<double> KnownUnitsOf(Triad triad);
 // temperature or turn; normalised readings.
 std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options);
 
-// The check of turns alone: the gyroscope against the turn of gravity, for any names of its axes.
+// The check of turns alone: those of the gyroscope against those of gravity, or of the field.
 std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
                                               const CalibrateOptions& options);
 

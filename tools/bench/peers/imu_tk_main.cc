@@ -3,10 +3,10 @@
 //
 //   imu_tk_main ACC GYRO INITIAL_REST_S GRAVITY_MPS2 ACC_OFFSET GYRO_SCALE OUT_ACC OUT_GYRO
 //
-// ACC_OFFSET in counts and GYRO_SCALE in rad/s per count are the start values that its example,
-// apps/test_imu_calib.cpp, has in its source. That example plots, and waits for a key; this does
-// neither, so the functions for it stand here and do nothing, and imu_tk needs no Qt and no OpenGL.
-// Compiled by tools/bench/peers.sh with a checkout's sources; holds none of them.
+// ACC_OFFSET in counts and GYRO_SCALE in rad/s per count are the start values in the source of its
+// example, apps/test_imu_calib.cpp. That example plots, and waits for a key; the functions for both
+// do nothing here, so that imu_tk needs no Qt and no OpenGL. Compiled by tools/bench/peers.sh with
+// the sources of a checkout, none of which are in this file.
 #include <cstdlib>
 #include <iostream>
 #include <vector>
@@ -34,9 +34,9 @@ void waitForKey() {}
 
 namespace {
 
-// imu_tk's setter of this is declared to return a value and returns none; what g++ makes of it with
-// optimisation runs on into the next function. So the member is written, which an explicit
-// instantiation may do although it is private.
+// imu_tk's setter of the initial rest is declared to return a value but returns none; optimised by
+// g++, it runs on into the next function. So the private member is set directly, which an explicit
+// instantiation may do.
 void SetInitialRest(imu_tk::MultiPosCalibration& calibration, double duration_s);
 template <double imu_tk::MultiPosCalibration::*member>
 struct InitialRest {

@@ -35,7 +35,7 @@ function readColumns(line, file) {
   try {
     columns = JSON.parse(line);
   } catch {
-    // It is rejected below like a line without columns.
+    // A line that is no JSON is rejected below, like a line without columns.
   }
   const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
   if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {

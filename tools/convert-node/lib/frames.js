@@ -9,7 +9,7 @@ const fs = require('fs');
 const kPipe = 3;
 const kWrittenAtOnce = 1 << 18;
 const kLastTimeNs = (1n << 63n) - 1n;
-// A larger step of a clock (one day) is damage.
+// A clock does not step by more (one day): such a step is damage.
 const kLongestJumpNs = 86_400_000_000_000n;
 // An interval at 5 Hz (0.2 s) with a tenth of it as tolerance.
 const kLongStepNs = 220_000_000n;

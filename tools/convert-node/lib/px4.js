@@ -312,7 +312,7 @@ function applied(log, triad, rotations) {
   const slot = [0, 1, 2, 3].find((n) => primary && parameters.get(`CAL_${name}${n}_ID`) === primary);
   if (slot === undefined) return 'unknown';
   const prefix = `CAL_${name}${slot}_`;
-  // Corrections by its own rotation, by currents or by a matrix are not undone here.
+  // A magnetometer's corrections by a rotation, by currents or by a matrix are not undone here.
   if (triad === 'magnetometer' && (parameters.get(`${prefix}ROT`) ?? -1) > 0) return 'unknown';
   for (const key of ['XODIAG', 'YODIAG', 'ZODIAG', 'XCOMP', 'YCOMP', 'ZCOMP']) {
     if (parameters.get(prefix + key)) return 'unknown';
@@ -485,7 +485,7 @@ function sendManifest(log, instance, entries, devices) {
   if (log.dropouts > 0) source.dropouts = `${log.dropouts}, ${log.dropoutMs} ms`;
   const turn = entries.map((entry) => entry.turn).find((matrix) => matrix);
   const ids = deviceIds(log, entries);
-  // A log without parameters does not state the parameter sets of sensors.
+  // A log without parameters does not tell which parameter set belongs to which sensor.
   const stated = log.latest.size > 0 ? Object.entries(ids) : [];
   const among = (prefix) => Object.fromEntries(stated.map(([triad, id]) =>
     [triad, slotsOf(log.latest, prefix(kSensors[triad]), [...devices[triad], id]).get(id)]));
@@ -495,8 +495,8 @@ function sendManifest(log, instance, entries, devices) {
   for (const { table: { triad } } of entries) {
     if (!ids[triad] && log.latest.get(`CAL_${kSensors[triad].name}${instance}_ID`)) slots[triad] = -1;
   }
-  // Temperature terms that enabling this sensor's would enable, too: its own, and those of sensors
-  // that are not in the log; those of others in the log are stated with them.
+  // Temperature terms that enabling this sensor's would activate: its own, and those of sensors
+  // that are not in the log. (Terms of other sensors in the log are stated with those sensors.)
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
     const { thermal } = kSensors[triad];
     const id = log.latest.get(`${thermal}${n}_ID`);

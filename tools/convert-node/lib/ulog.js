@@ -29,7 +29,7 @@ const kTypes = {
   double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
 };
 
-// Names of information may have characters that fields lack: "perf_counter_preflight-00".
+// Keys of information messages may have characters that fields lack: "perf_counter_preflight-00".
 const kInformation = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([!-~]+)$/;
 const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
 

@@ -30,7 +30,7 @@ class ByteStream {
   /// Advances by `count` bytes, or to the end.
   void Skip(std::uint64_t count);
 
-  /// Longer records are taken for damage.
+  /// Most bytes that can be viewed ahead; longer records are taken for damage.
   static constexpr std::size_t kLookAhead = std::size_t{512} << 20U;
 
   std::uint64_t position() const { return position_; }  ///< Of the next byte.
@@ -81,7 +81,7 @@ class ByteCursor {
     return bytes.size() == sizeof(T) ? LoadNumber<T>(bytes, 0) : T{};
   }
 
-  /// Empty if fewer bytes are left.
+  /// The next `count` bytes; empty if fewer are left.
   std::string_view TakeBytes(std::size_t count) {
     if (failed_ || count > left_.size()) {
       failed_ = true;

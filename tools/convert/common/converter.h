@@ -43,7 +43,7 @@ struct Converter {
 /// The `main` of a converter. Exit code: 0 success, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
 
-/// Limits the memory of this process to what files of this size can need.
+/// Limits the memory of this process to what files of the sizes of `paths` can need.
 void BoundMemory(const std::vector<std::string>& paths);
 
 /// The inputs. A single folder is replaced by its files that end with `ending` (".db3"), sorted by
@@ -52,7 +52,7 @@ Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::str
 
 /// The items between separators; an empty last item is dropped.
 std::vector<std::string> Split(const std::string& text, char separator);
-/// The number that makes up all of `text`.
+/// The number that `text` is; unset if it is anything else.
 template <typename Number>
 std::optional<Number> ParseWhole(std::string_view text) {
   Number number{};
@@ -74,7 +74,7 @@ int Report(const Error& error);
 /// "/a, /b and 3 more", for messages. Control characters of damaged names are replaced, so that
 /// they cannot reach a terminal.
 std::string ListOf(const std::vector<std::string>& names, std::size_t most = 12);
-/// "truetriad-convert-ros1".
+/// The name of this program, "truetriad-convert-ros1".
 const std::string& ProgramName();
 /// Prints a message to stderr, after the program's name.
 void Note(const std::string& message);

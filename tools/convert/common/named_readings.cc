@@ -48,10 +48,10 @@ constexpr std::string_view kNoTime = "none";
 struct Inputs {
   std::vector<std::string> paths;
   std::vector<Variable> variables;
-  std::map<std::string, std::string> others;  ///< As of a VariableFile.
+  std::map<std::string, std::string> others;  ///< As in VariableFile.
   bool is_damaged = false;
 
-  /// "acc (200x3 double), …"
+  /// All variables, for messages: "acc (200x3 double), …".
   std::string All() const {
     std::vector<std::string> all;
     for (const Variable& variable : variables) {
@@ -139,7 +139,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
     const std::string name = LowerCase(variable.name.substr(variable.name.rfind('.') + 1));
     const std::string role(RoleOf(name));
     if (role.empty()) continue;
-    // A time or temperature in each of several files belongs to the readings there.
+    // A time or temperature in each of several files belongs to the readings in the same file.
     const bool goes_along = role == "time" || role == "temperature";
     candidates[role].insert(goes_along ? variable.name : variable.full_name);
   }
@@ -158,7 +158,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   return chosen;
 }
 
-/// Error (usage): the role already has another unit.
+/// Sets the unit of a role. Error (usage): the role already has another unit.
 Status TakeUnit(const std::string& role, const std::string& unit, ByRole* units) {
   const auto [there, is_new] = units->emplace(role, unit);
   if (is_new || there->second == unit) return {};
@@ -217,7 +217,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   ByRole needed = columns;
   for (const auto& [role, column] : columns) {
     const std::string own = TriadFromName(role) ? SplitTime(column).time : "";
-    // A unit is required for a time of seconds, whichever role it has.
+    // A triad's own time needs a unit like the common time, unless it is a rate.
     if (!own.empty() && !IsRate(own)) needed["time"] = own;
   }
   for (const auto& [role, column] : needed) {
@@ -239,7 +239,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
 namespace {
 
 /// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
-/// (ax+ay+az), or an interleaved list of x, y and z (data:xyz). `path`: the file of the first.
+/// (ax+ay+az), or an interleaved list of x, y and z (data:xyz). `path`: the first variable's file.
 struct Vectors {
   std::vector<std::vector<double>> columns;
   std::string path;
@@ -255,7 +255,7 @@ Matrix Transposed(const Matrix& matrix) {
   return turned;
 }
 
-/// One sample in each row of `width` columns; if no side is `width`, the shorter one is columns.
+/// One sample in each row of `width` columns; if no side is `width`, the longer one is the rows.
 Matrix Upright(Matrix matrix, std::size_t width) {
   const bool is_upright =
       matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows);
@@ -263,7 +263,7 @@ Matrix Upright(Matrix matrix, std::size_t width) {
 }
 
 /// An interleaved list of readings as three columns. Surplus values at the end must be NaN
-/// (padding). Error (usage): one is a number.
+/// (padding). Error (usage): a surplus value is a number.
 Result<Matrix> InTurn(Matrix list, const std::string& part) {
   for (std::size_t i = list.values.size() / 3 * 3; i < list.values.size(); ++i) {
     if (std::isnan(list.values[i])) continue;
@@ -352,7 +352,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
   return times;
 }
 
-/// In degC; empty if `file` has none for `count` readings.
+/// Temperatures of `count` readings of the file `path` in degC; empty if not available.
 Result<std::vector<double>> ReadTemperatures(const Inputs& inputs,
                                              const ByRole& columns,
                                              const ByRole& units,
@@ -387,7 +387,7 @@ struct TriadReadings {
   std::vector<double> temperatures_degc;  ///< Empty: not available.
 };
 
-/// Reads complete triads and reports the others. Error (bad input): one of these `are_named`.
+/// Reads the complete triads. Reports an incomplete one, or with `are_named` fails (bad input).
 Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
                                               const ByRole& columns,
                                               bool are_named,
@@ -454,7 +454,7 @@ void AddTable(const std::string& file,
   }
 }
 
-/// Error: sensors without a time and with different numbers of rows.
+/// Adds all triads as tables. Error: sensors without a time have different numbers of rows.
 Status AddTables(const std::vector<TriadReadings>& all,
                  bool has_time,
                  const ByRole& units,

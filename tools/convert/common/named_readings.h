@@ -14,7 +14,7 @@
 
 namespace truetriad::convert {
 
-/// Numbers in column-major order.
+/// A matrix whose numbers are in column-major order.
 struct Matrix {
   std::size_t rows = 0, columns = 0;
   std::vector<double> values;
@@ -28,9 +28,9 @@ struct Variable {
   std::string name;
   std::string type;  ///< In the file's terms: "double", "int16", …
   std::size_t rows = 0, columns = 0;
-  /// Error: it is incomplete, or too large.
+  /// Reads the numbers. Error: they are incomplete, or too many.
   std::function<Result<Matrix>()> read = {};
-  std::string path = {};       ///< Of its file.
+  std::string path = {};       ///< Of the variable's file.
   std::string full_name = {};  ///< "acc"; for several files "unit-acc/data", with the file's name.
 };
 
@@ -50,8 +50,8 @@ Result<ByRole> ParseColumns(const std::string& columns,
                             std::span<const std::string_view> roles,
                             const std::string& example);
 
-/// The units of --units; `counts` for triads without one. `columns`: the names by role, "acc@t"
-/// with a time of its own.
+/// The units of --units; `counts` for triads for which no unit is stated. `columns`: the names by
+/// role, "acc@t" with a time of its own.
 /// Error (usage): unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 

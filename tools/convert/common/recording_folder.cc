@@ -50,7 +50,7 @@ double LargestReading(const TriadColumns& columns) {
   return unit->is_counts ? kLargestCount : kLargest[columns.triad] / unit->truth_per_raw;
 }
 
-/// False for NaN.
+/// Whether no magnitude of the three values is above `largest`; false for NaN.
 bool AllBelow(double largest, const double* values) {
   return std::abs(values[0]) <= largest && std::abs(values[1]) <= largest &&
          std::abs(values[2]) <= largest;
@@ -59,7 +59,7 @@ bool AllBelow(double largest, const double* values) {
 /// Half of the range of 64-bit nanoseconds, so that differences do not overflow: the year 2116.
 constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
 
-/// A larger jump of the clock (one day) at either end of a recording is damage.
+/// The clock does not jump by more (one day): near either end of a recording, that is damage.
 constexpr std::int64_t kLongestJumpNs = 86'400'000'000'000;
 
 }  // namespace
@@ -162,7 +162,7 @@ char* Table::WriteRow(const Row& row, char* text) const {
   return text;
 }
 
-/// Removes the last rows after a jump ahead of the clock, since a row far ahead is sorted last.
+/// Removes last rows after a jump of the clock: a row whose time is far too late is sorted last.
 void Table::LeaveOutLastAfterAJump() {
   for (std::size_t i = 1; i < waiting_.size(); ++i) {
     if (waiting_[i].time_ns - waiting_[i - 1].time_ns <= kLongestJumpNs) continue;

@@ -27,18 +27,18 @@ struct TriadColumns {
   std::string applied;  ///< YAML for `applied.<triad>:`, the firmware's correction; or empty.
   std::uint64_t rows = 0;
   std::uint64_t without_numbers = 0;        ///< Rows with NaN or an impossible value.
-  std::optional<double> si_per_count = {};  ///< The size of a count, where the log states it.
+  std::optional<double> si_per_count = {};  ///< The size of a count, if the log states it.
 
-  /// Whether the sensor is in the log. One without a valid number is kept, as a broken sensor.
+  /// Whether the sensor is in the log. A sensor without a valid number is kept, as a broken one.
   bool IsSeen() const { return rows > 0 || without_numbers > 0; }
 };
 
 /// The columns of a table besides readings.
 struct TableColumns {
   bool has_temperature = false;
-  bool has_time = true;  ///< Else the times of added rows are only counters.
-  /// The log has no checksums, or rows may lack a temperature: rows at either end beyond a jump of
-  /// the clock are left out; the manifest states a temperature only if all rows have one.
+  bool has_time = true;  ///< False: the times of added rows are only counters.
+  /// The log has no checksums, or rows may lack a temperature. Then rows beyond a jump of the clock
+  /// near either end are left out; the manifest states a temperature only if all rows have it.
   bool is_unchecked = false;
 };
 
@@ -114,7 +114,7 @@ class RecordingFolder {
   RecordingFolder(const RecordingFolder&) = delete;
   RecordingFolder& operator=(const RecordingFolder&) = delete;
 
-  /// Valid as long as the folder.
+  /// The table is valid as long as this folder.
   Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
   /// Begins recording-N.yaml for the log's sensors of number `instance`; the first one with rows

@@ -8,8 +8,8 @@
 
 namespace truetriad::convert {
 
-/// Unpacks up to `size` bytes. Each `step` consumes part of `packed` and sets the number of bytes
-/// produced, until it returns false. False: `unpacked` holds fewer bytes.
+/// Unpacks up to `size` bytes by calls of `step`, each of which consumes part of `packed` and sets
+/// the number of bytes produced; false ends the calls. False: `unpacked` holds fewer bytes.
 template <typename Step>
 bool UnpackBy(const Step& step, std::string_view packed, std::size_t size, std::string* unpacked) {
   // The memory grows with the data produced, not with the size that the chunk states.

@@ -24,7 +24,7 @@ struct Layout {
   char letter;
   std::size_t size;
   Kind kind;
-  double factor = 1.0;  ///< Number for one unit of the integer.
+  double factor = 1.0;  ///< Value of one step of an integer.
 };
 constexpr std::array<Layout, 21> kLayouts = {{
     {'b', 1, Layout::kSigned},         {'B', 1, Layout::kUnsigned},
@@ -40,7 +40,7 @@ constexpr std::array<Layout, 21> kLayouts = {{
     {'a', 64, Layout::kOther},
 }};
 
-/// Zero bytes for an unknown letter.
+/// The layout of a type letter; zero bytes for an unknown one.
 Layout LayoutOf(char letter) {
   const auto* const found = std::find_if(
       kLayouts.begin(), kLayouts.end(), [&](const Layout& one) { return one.letter == letter; });

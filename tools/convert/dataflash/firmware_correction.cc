@@ -15,7 +15,7 @@ namespace {
 std::string InertialName(std::string_view sensor, std::string_view rest, int instance) {
   return Expanded("INS_" + std::string(sensor) + std::string(rest), instance + 1);
 }
-/// The name of a parameter of a compass, whose sets count from 1.
+/// The name of a parameter of a compass, whose parameter sets are counted from 1.
 std::string CompassName(std::string_view rest, int slot) {
   return Expanded("COMPASS_" + std::string(rest), slot);
 }

@@ -41,9 +41,9 @@ bool IsCorrectedByTemperature(const Parameters& parameters, int instance);
 /// are corrected.
 Tags DeviceOf(const Parameters& parameters, int instance);
 
-/// Compass offset, added: x, y, z in mG. Errors: missing; this compass has no parameter set.
+/// The offset that firmware adds to a compass: x, y, z in mG. Errors: missing; no parameter set.
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
-/// D·s, which multiplies the sum of reading and offset. Errors: as above.
+/// The matrix D·s that firmware applies to the sum of reading and offset. Errors: as above.
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance);
 
 }  // namespace truetriad::convert

@@ -144,8 +144,8 @@ bool IsOf2014(const Contents& contents) {
   return false;
 }
 
-/// Adds the identity as compass matrix for firmware of 2014, which has none. For other firmware
-/// that logs milliseconds it is known to have none only if the log names none and is undamaged.
+/// Adds the identity as compass matrix for firmware of 2014, which has no such parameter. Other
+/// firmware with times in milliseconds surely has none only if its log, undamaged, names none.
 void StateNoCompassMatrix(Contents* contents) {
   if (!contents->in_milliseconds || (!IsOf2014(*contents) && contents->damages > 0)) return;
   Parameters& parameters = contents->parameters;
@@ -160,8 +160,8 @@ void StateNoCompassMatrix(Contents* contents) {
   }
 }
 
-/// The firmware's order of correction; that of compasses never changed. Error: the version is of
-/// the months when it changed, or is not named.
+/// The firmware's order of correction; for compasses it never changed. Error: the log names no
+/// version, or one of the months in which the order changed.
 Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   if (!contents.in_milliseconds || triad == Triad::kMagnetometer) {
     return CorrectionOrder::kSensorFrame;

@@ -325,7 +325,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
   const auto file = arguments.others.find("layout");
   if (file != arguments.others.end()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(file->second));
-    // A definition without a name is that of the only type.
+    // A definition that names no type is that of the only type.
     std::set<std::string> types;
     for (const std::size_t topic : topics) types.insert(topics_[topic].type);
     const Status status = layouts_.Define(types.size() == 1 ? *types.begin() : "", text);
@@ -481,7 +481,7 @@ struct Part {
   std::int64_t begin_ns = 0;        ///< Time of its first message.
 };
 
-/// Adds the topics of another file to `all`, in which each is once.
+/// Adds the topics of another file to `all`, in which each topic occurs once.
 Part PartOf(std::unique_ptr<Bag> bag, std::vector<Topic>* all) {
   Part part{std::move(bag), {}, std::numeric_limits<std::int64_t>::max()};
   for (const Topic& topic : part.bag->topics()) {

@@ -22,7 +22,7 @@ struct Topic {
   std::uint64_t messages = 0;
   bool is_counted = true;                  ///< False: the number is unknown.
   std::int64_t first_ns = 0, last_ns = 0;  ///< Times of reception.
-  std::string definition{};                ///< The type's, if in the bag.
+  std::string definition{};                ///< Of the type, if the bag has it.
 };
 
 /// One file of a bag; its topics are known after opening.
@@ -35,7 +35,7 @@ class Bag {
   using Wants = std::function<bool(std::size_t topic)>;
   using Take =
       std::function<void(std::size_t topic, std::int64_t received_ns, std::string_view message)>;
-  /// Passes on the messages of the wanted topics, by index in topics().
+  /// Passes the messages of the wanted topics to `take`; topics are stated by index in topics().
   virtual Status Read(const Wants& wants, const Take& take) = 0;
 
   /// Counts of what could not be read: {{"incomplete chunks", 2}}.

@@ -28,7 +28,7 @@ enum Op : std::uint8_t {
   kChannel = 0x04,
   kMessage = 0x05,
   kChunkRecord = 0x06,
-  kDataEnd = 0x0f,  // The last one of the format itself.
+  kDataEnd = 0x0f,  // The last op code of the format itself.
   kFirstOfOthers = 0x80,
 };
 
@@ -75,7 +75,7 @@ class Mcap : public ChunkedBag {
     if (op == kSchema || op == kChannel || op == kMessage) head.kind = Kind::kTaken;
     if (op != kChunkRecord) return head;
     head.kind = Kind::kChunk;
-    // A chunk states its length twice.
+    // A chunk states its length twice, and both must agree.
     constexpr std::size_t kFixed = 40;  // Times, size, CRC-32, and two lengths.
     ByteCursor cursor(bytes.substr(kHeadSize));
     cursor.TakeBytes(kFixed - 12);

@@ -320,7 +320,7 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
 std::string MessageNumbers::InHeader(std::string_view part, Kind kind) const {
   for (const LaidOutField& field : *layouts_->Find(type_)) {
     if (field.array != Array::kNone || TypeName(field.type) != "std_msgs/Header") continue;
-    // A layout may have its own header.
+    // A layout may define a header of its own, which may lack the part.
     const std::string path = field.name + "." + std::string(part);
     const LaidOutField* const found = FieldAt(path);
     if (found != nullptr && found->kind == kind && found->array == Array::kNone) return path;
@@ -469,7 +469,7 @@ class MessageNumbers::Walk {
       case Kind::kTime: {
         const std::uint64_t seconds = Load(4);
         const std::uint64_t nanoseconds = Load(4);
-        // They are signed in ROS 2.
+        // The seconds are signed in ROS 2.
         const std::int64_t signed_seconds =
             is_aligned_ ? static_cast<std::int32_t>(seconds) : static_cast<std::int64_t>(seconds);
         number.integer = signed_seconds * 1'000'000'000 + static_cast<std::int64_t>(nanoseconds);

@@ -69,7 +69,7 @@ class MessageNumbers {
   /// The paths of three numbers of a message.
   struct Three {
     std::vector<std::string> paths;
-    std::string sequence;  ///< The array of exactly these three, of variable length.
+    std::string sequence;  ///< The array of variable length that must hold exactly these three.
   };
 
   /// The three numbers for a user's "acc", "vector", "gx+gy+gz" or "data:4-6" (counted from 1);
@@ -92,8 +92,8 @@ class MessageNumbers {
     std::int64_t integer = 0;    ///< For integers; times in nanoseconds.
     std::string_view text = {};  ///< For strings; valid as long as the message.
   };
-  /// False: the bytes are not such a message, an array is too short, or one that must have three
-  /// numbers has not.
+  /// Reads a message. False: it is of another type, an array is too short, or an array that must
+  /// have three numbers has another length.
   bool Read(std::string_view bytes);
   /// Whether the last message was rejected for an array without exactly three numbers.
   bool WasNotThree() const { return was_not_three_; }

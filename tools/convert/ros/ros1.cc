@@ -17,7 +17,7 @@ namespace truetriad::convert {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of a record's header and data.
+constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of the length before a header or data.
 
 // Op codes of records.
 enum Op : std::uint8_t {

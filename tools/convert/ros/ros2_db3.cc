@@ -96,7 +96,7 @@ class Db3 : public Bag {
     return std::unique_ptr<Bag>(std::move(bag));
   }
 
-  /// In the order of writing.
+  /// Passes on messages in the order in which they were written.
   Status Read(const Wants& wanted, const Take& take) override {
     std::string ids;
     for (std::size_t i = 0; i < ids_.size(); ++i) {

@@ -55,8 +55,8 @@ DEFINE_string(from, "", "FORMAT: the format, from the list above");
 namespace truetriad {
 namespace {
 
-/// Warns if the corrected mean length differs from the field, as with a wrong unit of measure in
-/// the log's header or another unit's calibration: in any motion the mean force is near gravity.
+/// Warns if the corrected mean length is far from gravity or the field: the log's header states a
+/// wrong unit of measure, or the calibration is of another unit. Motion hardly changes that mean.
 void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibration) {
   constexpr double kOdd = 3.0;  // A wrong unit is off by more: g by 9.8.
   const auto tell = [&](Triad triad, double expected, const char* field) {
@@ -267,7 +267,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   return verb;
 }
 
-/// The formats that can be exported to, or those that can be imported from.
+/// The formats that can be exported to; with `import`, those that can be imported from.
 std::vector<FormatInfo> FormatsThat(bool import) {
   std::vector<FormatInfo> formats = Formats();
   if (import) std::erase_if(formats, [](const FormatInfo& format) { return !format.can_import; });
@@ -294,7 +294,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(
       CheckMayReplace(file.string(), CalibrationIn(file.string()), result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
-  // An import has neither uncertainties nor the data for the page of a result.
+  // An import has no uncertainties and no report: those of an earlier result are moved aside, too.
   std::vector<std::string> earlier = {file.filename().string()};
   if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
   TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));

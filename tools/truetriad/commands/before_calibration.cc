@@ -54,7 +54,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   ProgressLine calibrating("calibrating " + FLAGS_input);
   const Result<Calibration> tried =
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
-  // Unreadable files were refused above; here readings are missing.
+  // Unreadable files were refused above: if this calibration fails, readings are missing.
   const bool is_enough = tried && tried->IsUsable();
   TRUETRIAD_ASSIGN_OR_RETURN(VerbResult result,
                              Said(ReportOf(loaded.poses, tried), ToTree(loaded.poses)));
@@ -78,7 +78,7 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
   const std::string& experiment = look.experiment_yaml;
   const Json json = TreeOfYaml(experiment);
   if (FLAGS_output.empty()) return VerbResult{.text = experiment, .result = {{"config", json}}};
-  // The user edits this file.
+  // An existing file may have been edited by the user.
   if (const auto there = ReadSmallFile(FLAGS_output); there && *there != experiment) {
     return Error(ErrorCode::kConflictingArguments,
                  "--output=" + FLAGS_output +
@@ -91,7 +91,7 @@ Result<VerbResult> RunInit(const std::vector<std::string>& words) {
 
 Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(Experiment experiment, ReadExperiment(FLAGS_config, Overrides()));
-  // All files that it names, and all of its sensors.
+  // All files that the experiment names, and all of its sensors.
   std::vector<std::string> files = experiment.inputs, sensors;
   for (const std::string* const file : FilesOf(experiment)) files.push_back(*file);
   for (const Triad triad : kTriads) {
@@ -134,10 +134,10 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
                     .grade = report.grade};
 }
 
-/// Programs that need a sensor's noise.
+/// Export formats for programs that need a sensor's noise.
 constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins", "ros2"};
 
-/// "0.3,3" as two numbers.
+/// The two numbers in a text such as "0.3,3"; unset if the text is empty.
 Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
   if (text.empty()) return std::optional<std::array<double, 2>>();
   const std::vector<std::string> ends = CommaSeparated(text);

@@ -61,7 +61,7 @@ struct Task {
   int instance = 0;              // of the sensors
   bool has_others = false;       // other sensors of the same log have a task, too
   std::optional<Error> refusal;  // why its recording is unreadable
-  // The task without the sensors that prevent a result for the others, and what is wrong with them.
+  // Makes the task without sensors that prevent a result for the others; `lost`: the reasons.
   std::function<Result<Task>(const PerTriad<bool>& left_out)> without;
   PerTriad<bool> left_out = {};
   Findings lost;
@@ -79,7 +79,7 @@ std::vector<Drawing> AllanDrawings(const Task& task) {
     const std::string& file = task.experiment.allan_files[triad];
     if (file.empty() || !task.experiment.options.triads[triad].enabled) continue;
     Result<AllanResult> allan = ReadAllanFile(file);
-    if (!allan) continue;  // It was read before, or calibration stopped earlier.
+    if (!allan) continue;  // Unlikely: the calibration has read it before.
     std::erase_if(allan->triads, [&](const AllanTriad& other) { return other.triad != triad; });
     drawings.push_back(AllanDrawing(*allan));
   }
@@ -89,7 +89,7 @@ std::vector<Drawing> AllanDrawings(const Task& task) {
 /// A calibration and its input.
 struct Done {
   Task task;
-  std::optional<Calibration> there;  ///< The previous one.
+  std::optional<Calibration> there;  ///< The previous result.
   Calibration calibration;
   PoseSet poses;
   Json json;
@@ -97,9 +97,8 @@ struct Done {
   std::string Path(const std::string& name) const {
     return (fs::path(task.folder) / name).string();
   }
-  /// Whether the previous result must be kept beside the new one: a result without parameters, or
-  /// without those of a sensor, must not replace one that has them, nor one without a serial number
-  /// one that has it.
+  /// Whether the previous result must be kept beside the new one: the previous one has parameters,
+  /// and the new one lacks them, or those of a sensor, or the serial number.
   bool StaysBeside() const {
     if (!there || !there->IsUsable()) return false;
     const bool loses = std::ranges::any_of(
@@ -107,7 +106,7 @@ struct Done {
     if (loses || !calibration.IsUsable()) return true;
     return !FLAGS_overwrite && calibration.serial.empty() && !there->serial.empty();
   }
-  /// By this result only, whatever blocks its device.
+  /// The exit code by this result alone, whether or not other sensors block the device.
   int exit_code() const {
     if (!calibration.IsUsable() || !task.lost.empty()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
@@ -115,11 +114,11 @@ struct Done {
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
     return own == Verdict::kFail ? kExitOutsideLimits : kExitGood;
   }
-  /// 0: good. A unit outside its limits at least has parameters, so it counts as 1.
+  /// For comparing results; 0: good. Outside its limits, a unit at least has parameters: 1.
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
-/// Blocks delivery by a previous result that is kept beside a later failed recording.
+/// Blocks delivery by the previous result if it is kept beside that of a later, failed recording.
 Status HoldBackEarlier(const Done& by) {
   if (by.calibration.IsUsable()) return {};
   Calibration earlier = *by.there;
@@ -145,7 +144,7 @@ Finding RefusalOfReading(Error error) {
   return refusal;
 }
 
-/// The result of sensors whose recording is unreadable, beside others of the device: why.
+/// The result for sensors with an unreadable recording, beside others of the device: the reason.
 Calibration Unread(const Experiment& experiment, const Error& error) {
   Calibration calibration;
   calibration.serial = experiment.serial;
@@ -178,7 +177,7 @@ Result<Calibration> CalibrationFor(Task* task, PoseSet* poses) {
 
 /// The finding on a sensor whose readings an error refuses; unset: the error is about no sensor.
 std::optional<Finding> RefusedSensor(Error error) {
-  // "applied.gyroscope"; with several complaints the key belongs to the first.
+  // The key is like "applied.gyroscope"; if there are several complaints, it is that of the first.
   const std::optional<Triad> triad = TriadFromName(error.key.substr(error.key.rfind('.') + 1));
   if (!triad || error.kind() != ErrorKind::kBadInput) return std::nullopt;
   error.message.erase(std::min(error.message.find('\n'), error.message.size()));
@@ -238,7 +237,7 @@ Result<Done> Calibrated(Task task) {
   return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
-/// Writes a result; file names of `aside` must not be replaced.
+/// Writes a result, and adds to `aside` the names of files that it must not replace.
 Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   const Task& task = done->task;
   std::error_code failure;
@@ -249,11 +248,11 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   if (!task.initial_yaml.empty()) {
     const std::string& path = task.experiment.path;
     const Result<std::string> there = LookAtSmallFile(path);
-    // The user may have edited that of an earlier run.
+    // The user may have edited the experiment of an earlier run.
     if (!there || *there != task.initial_yaml) aside->emplace_back("experiment.yaml");
     TRUETRIAD_RETURN_IF_ERROR(files->Write(path, task.initial_yaml));
   }
-  // The result comes last, so that its files exist when it does.
+  // The calibration comes last, so that the other files of a result exist if it does.
   if (task.has_report) {
     TRUETRIAD_RETURN_IF_ERROR(
         files->Write(done->Path("report.html"),
@@ -314,7 +313,7 @@ std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::st
                   .is_automatic = true};
 }
 
-/// The same for the result in `folder` of other sensors of the device.
+/// HeldBackBy for the result in `folder`, of other sensors of the device.
 std::optional<Decision> HeldBackByOther(const fs::path& folder, const std::string& serial) {
   const std::optional<Calibration> there = ThatIn(folder);
   if (!there || there->serial != serial) return std::nullopt;
@@ -382,8 +381,8 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// A task without an experiment: one that fits the recordings. Settings for sensors that are left
-/// out, or that only other instances (`any`) have, are accepted.
+/// A task whose experiment is made to fit the recordings. It accepts settings for sensors that are
+/// left out, or that only other instances (`any`) have.
 Result<Task> InitialTask(const std::vector<std::string>& inputs,
                          const std::string& folder,
                          const PerTriad<bool>& any,
@@ -474,7 +473,7 @@ class FolderGivesWay {
     if (has_made_parent_) fs::remove(folder_.parent_path(), ignored);
   }
 
-  /// Moves `folder` if it exists. Error (bad input): it cannot be renamed; `input` is inside it.
+  /// Moves `folder` if it exists. Error (bad input): it cannot be renamed, or contains `input`.
   Status Take(const fs::path& folder, const fs::path& input) {
     std::error_code failure;
     const fs::path inside = fs::weakly_canonical(input, failure)
@@ -507,7 +506,7 @@ class FolderGivesWay {
 
   /// Keeps the new folder; the old one is removed, or gets a suffix.
   void Keep(const std::optional<std::string>& suffix) {
-    // It must not be named aside while it is removed, since that would be restored.
+    // While it is removed it must not be called NAME.aside: that would be restored after a kill.
     std::error_code ignored;
     const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
@@ -682,7 +681,7 @@ Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   return findings;
 }
 
-/// The output describes the worst result; for several it names it and the folders of the others.
+/// Describes the worst result; if there are several, names it and the folders of the others.
 VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) {
   const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
     return a.badness() < b.badness();
@@ -746,7 +745,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   const auto is_read = [](const Done& done) { return !done.task.refusal; };
   const auto read = std::find_if(all.begin(), all.end(), is_read);
   if (read == all.end()) return *all.front().task.refusal;
-  bool is_drawn = false;  // The folder has the first task's experiment.
+  bool is_drawn = false;  // The folder gets one experiment, that of the first task.
   for (Done& done : all) {
     if (is_drawn) done.task.initial_yaml.clear();
     is_drawn = is_drawn || !done.task.initial_yaml.empty();
@@ -761,7 +760,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(suffix);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  // A different logging setup avoids these findings.
+  // These findings can be avoided by another setup of the vehicle's logging.
   using enum FindingCode;
   const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
   const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
@@ -783,7 +782,7 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   std::deque<FolderGivesWay> converted;
   Result<VerbResult> result = CalibrateLogs(StatedInputs(words), &converted);
   if (result) return result;
-  // A file that an error names is kept for the user.
+  // If the error names a converted recording, which is removed now, the user must convert it anew.
   Error error = result.error();
   for (const FolderGivesWay& folder : converted) {
     if (folder.Holds(error.place.file)) {

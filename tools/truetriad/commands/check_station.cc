@@ -75,7 +75,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   return experiment;
 }
 
-/// Error (usage): a file of runs, which keeps no checks. Checked before the name is used.
+/// Error (usage): --store names a file of runs, which keeps no checks.
 Status CheckStore() {
   if (FLAGS_store.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(fleet::CheckStoreUrl(FLAGS_store));
@@ -89,7 +89,7 @@ Status CheckStore() {
 /// Today's recording of the golden unit.
 struct Today {
   Calibration calibration;
-  std::string recording;                ///< RecordingOf its readings.
+  std::string recording;                ///< Identifies its readings (RecordingOf).
   std::optional<std::string> recorded;  ///< Unset: its time is unknown.
 };
 
@@ -116,7 +116,7 @@ Result<Today> TodayOf(const Experiment& experiment) {
 }
 
 /// Adds the check to the store of --store. `comparison`: null if today's recording was refused,
-/// which counts as disagreement. Returns the valid check if it is another one.
+/// which counts as disagreement. If another check counts instead of this one, returns it.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
                                                      const Today& today,
@@ -143,12 +143,12 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   return store->AddStationCheck(check);
 }
 
-/// Whether the valid check is of the same recording.
+/// Whether the check that counts is one of today's recording, too.
 bool IsRepeat(const fleet::StationCheck& counting, const Today& today) {
   return !today.recording.empty() && counting.recording == today.recording;
 }
 
-/// The text for a check when another one is valid and decides about the station.
+/// The text for a check if another check counts, which then decides about the station.
 std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
                             const Today& today) {
   if (!counting) return "";
@@ -195,7 +195,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // The valid check must agree, too: the first one of this recording, or that of a later one.
+  // A check that counts instead must agree, too: the first of this recording, or a later one.
   const bool agrees =
       AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;

@@ -36,7 +36,7 @@ constexpr char kWorse[] = "worse";
 bool IsCalibration(const std::string& path) {
   std::error_code none;
   if (!std::filesystem::is_regular_file(path, none)) return false;
-  // The first key states it, after some comments.
+  // The first key, after some comments, states the format.
   constexpr std::size_t kHeadBytes = 4096;
   std::string head(kHeadBytes, '\0');
   std::ifstream file(path, std::ios::binary);

@@ -115,7 +115,7 @@ std::string TextOf(const Captured& stream) {
 Result<std::string> FindProgram(const std::string& program,
                                 const std::string& flag,
                                 std::string_view needs) {
-  // In a build tree without its packages it is beside its scripts, and reports their lack.
+  // In a build tree without Node's packages it is beside its scripts, and reports what is missing.
   for (const std::string& name : {program, "convert-node/bin/" + program}) {
     if (const std::optional<std::string> found = FindCompanion(name)) return *found;
   }
@@ -150,8 +150,8 @@ const LogFormat* FindLogFormat(std::string_view name) {
 }
 
 /// Runs the format's converter with --topic, --instance, --columns, --units and --layout. With
-/// `captures` nothing is shown, and an error becomes the result's. Error (usage): the program is
-/// missing; the message states what to install.
+/// `captures` nothing is shown, and the converter's error is returned. Error (usage): the program
+/// is missing; the message states what to install.
 Result<ProgramRun> RunLogConverter(const LogFormat& format,
                                    const std::string& log,
                                    const std::string& folder,

@@ -123,7 +123,7 @@ Status StateRetestPolicy(fleet::Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::StoreHeader before, store.Header());
   TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
   if (before.policy || policy == fleet::RetestPolicy()) return {};
-  // JSON lines that have begun accept no policy.
+  // A store in JSON lines that has runs accepts no new policy.
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_warning(
@@ -170,7 +170,7 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   const std::string usual = InOutput("fleet.db");
   const std::optional<std::string> file = fleet::FileOfStore(StatedStore());
   std::error_code failure;
-  // Shards write their own files beside it.
+  // Only shards write files of their own beside the usual store.
   const bool is_beside_another = file && !fleet::JsonLinesPath(StatedStore()) &&
                                  fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));

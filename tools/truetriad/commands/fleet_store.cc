@@ -88,7 +88,7 @@ std::string Flat(std::string text) {
   return text;
 }
 
-/// A cell as shown to people: for bytes their number.
+/// A cell as shown to people: of binary data only the number of bytes.
 std::string Shown(const fleet::Table& table,
                   std::size_t column,
                   const std::optional<std::string>& field) {

@@ -130,7 +130,7 @@ Result<Calibration> WriteRecordingOf(const Scenario& scenario,
   return truth;
 }
 
-/// Writes each session of a unit into its own folder, and beside them the mean over sessions.
+/// Writes each session of a unit into its own folder, and beside them the truth with mean biases.
 Status WriteUnit(const Scenario& scenario,
                  int index,
                  const fs::path& folder,
@@ -163,8 +163,7 @@ Status WriteUnit(const Scenario& scenario,
 
 /// Simulates all units in parallel. Each depends only on the seed and its own number, so the bytes
 /// do not depend on the number of threads. Error: that of a unit; the others are then abandoned.
-/// After a recorded signal the program ends as it would have, once the files written so far are
-/// removed.
+/// After a recorded signal, removes the files written so far and ends the program by that signal.
 Status WriteUnits(const Scenario& scenario,
                   const fs::path& folder,
                   int threads,
@@ -318,7 +317,7 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  // Before the first file is created, so that incomplete files are removed.
+  // Called before the first file is created, so that a signal leaves no incomplete files behind.
   NoteInterruptions();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
