@@ -120,7 +120,7 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
         continue;
       }
       const std::string group = name.substr(0, name.rfind('.'));
-      if (IsHeld(one, group)) groups.insert(group + " (held in " + which + ")");
+      if (IsHeld(one, group)) groups.insert(group + " (held fixed in " + which + ")");
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
       groups.insert(group + " (only in " + which + ")");
     }
@@ -292,7 +292,8 @@ std::vector<CommonParameter> AddEntries(const Calibration& a,
     const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
     if (found == of_b.names.end()) continue;
     if (IsOfAnotherTemperature(a, b, name)) {
-      comparison->not_compared.push_back(name + " (of different temperatures)");
+      comparison->not_compared.push_back(
+          name + " (one relates to a temperature with lag or smoothing, the other does not)");
       continue;
     }
     CommonParameter at{
@@ -315,7 +316,7 @@ std::vector<CommonParameter> AddEntries(const Calibration& a,
     const LargestEntries& group = largest[group_of(name)];
     if (VarianceOf(of_a, of_b, at) > kFixedShare * group.variance) return false;
     if (std::abs(at.difference) > kRounding * group.value) {
-      comparison->not_compared.push_back(name + " (held in both, and different)");
+      comparison->not_compared.push_back(name + " (held fixed in both, at different values)");
     }
     return true;
   });

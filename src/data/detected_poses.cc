@@ -87,8 +87,8 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
               Format("; expected poses with the unit still for at least %g s",
                      options_.min_duration_s),
           too_fast +
-              "hold each pose longer, or state the poses (`poses: every_row` where each row is "
-              "one); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
+              "hold each pose longer, or state the poses (`poses: every_row` if each row is a "
+              "pose); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
               std::string(
                   has_both ? "" : ", which needs the gyroscope, and accelerometer or magnetometer"))
           .With("duration", set.duration_s, "s")

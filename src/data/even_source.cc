@@ -71,8 +71,8 @@ Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
     return ErrorIn(ErrorCode::kNotInRecording,
                    ranges_[i].stated_in,
                    "no reading of " + info.path +
-                       " lies in it, or another range contains them already; expected seconds from "
-                       "the recording's first sample");
+                       " lies in this range, or other ranges already leave out all that do; "
+                       "expected seconds from the recording's first sample");
   }
   findings->push_back(Finding(FindingCode::kExcluded,
                               Format("%.0f readings", readings) + Format(" in %.6g s", seconds) +

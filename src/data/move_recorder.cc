@@ -199,7 +199,7 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
       const double duration_s = 1e-9 * static_cast<double>(duration_ns);
       move.fault = Finding(FindingCode::kTurnTooLong,
                            "it takes " + Seconds(duration_s) +
-                               ", more than the longest integrated turn, " + Seconds(kLongestMoveS))
+                               ", but turns are integrated over at most " + Seconds(kLongestMoveS))
                        .With("duration", duration_s, "s");
       continue;
     }

@@ -384,9 +384,10 @@ void StuckFinder::Tell(Findings* findings) const {
   }
   const auto more = stretch_count_ - static_cast<std::int64_t>(stretches_.size());
   if (more > 0) {
-    findings->push_back(Finding(FindingCode::kStuckReadings,
-                                "and " + std::to_string(more) + " more times with a stuck sensor")
-                            .With("stretches", static_cast<double>(more)));
+    findings->push_back(
+        Finding(FindingCode::kStuckReadings,
+                "sensors are stuck in " + Counted(more, "more interval") + "; skipped")
+            .With("stretches", static_cast<double>(more)));
   }
 }
 

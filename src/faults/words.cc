@@ -27,15 +27,17 @@ std::string SizeOf(const TakenFault& fault, const std::string& unit) {
   if (fault.h.size() <= kMostInALine) {
     return ListOf(fault.h) + " ± " + ListOf(fault.sigma) + after;
   }
-  return Format("%.3g", fault.h.norm()) + Format(" ± %.2g", fault.sigma.norm()) + after + " in all";
+  return Format("%.3g", fault.h.norm()) + Format(" ± %.2g", fault.sigma.norm()) + after +
+         " (norm of all components)";
 }
 
 std::string ChanceOf(double log_p) {
   const double digits = -log_p / std::numbers::ln10;
   if (digits < 6.0) {
-    return Format("chance gives as much in 1 of %.0f recordings", std::exp(-log_p));
+    return Format("by chance alone, 1 of %.0f fault-free recordings shows as much",
+                  std::exp(-log_p));
   }
-  return Format("chance gives as much in 1 of 10^%.0f recordings", digits);
+  return Format("by chance alone, 1 of 10^%.0f fault-free recordings shows as much", digits);
 }
 
 }  // namespace
@@ -63,7 +65,8 @@ FaultWords WordsOf(const TakenFault& fault, const PerTriad<std::string>& raw_uni
   words.size =
       SizeOf(fault, kind.unit.empty() ? raw_units[fault.place.triad] : std::string(kind.unit));
   words.chance = ChanceOf(fault.log_p);
-  words.shift = Format("uncorrected, it would shift a parameter by %.1f σ", fault.shift_sigmas);
+  words.shift =
+      Format("left uncorrected, it would shift a parameter by up to %.1f σ", fault.shift_sigmas);
   for (const FaultPlace& rival : fault.rivals) words.rivals.push_back(WordsOf(rival));
   std::vector<std::string> poses;
   for (const int pose : fault.left_out_instead) poses.push_back(std::to_string(pose));
@@ -83,13 +86,13 @@ std::string FaultWords::Statement() const {
 
 std::string WordsOf(const FaultNote& note) {
   return WordsOf(note.place) +
-         Format(" is neither significant nor excluded (p = %.1g); ", std::exp(note.log_p)) +
-         Format("each σ of it would shift a parameter by %.1f σ", note.kappa);
+         Format(" can neither be shown nor ruled out (p = %.1g); ", std::exp(note.log_p)) +
+         Format("as large as its own σ, it would shift a parameter by %.1f σ", note.kappa);
 }
 
 std::string WordsOf(const LostRowsFound& lost) {
   return Format(
-             "turn angles scatter as if %.2g %% of the rows were lost while the "
+             "turn angles scatter as if %.2g %% of the log's rows were lost while the "
              "unit was turned; ",
              100.0 * lost.share) +
          ChanceOf(lost.log_p);
@@ -97,8 +100,8 @@ std::string WordsOf(const LostRowsFound& lost) {
 
 std::string WordsOf(const OverallMisfit& misfit) {
   if (misfit.has_more_faults) {
-    return "more faults are present than can be distinguished; σ treat the remaining residuals as "
-           "correlated between neighbours";
+    return "more faults are present than can be told apart; where the remaining residuals are "
+           "systematic, σ treat them as common to many poses";
   }
   if (!misfit.is_unexplained) return "";
   return Format(

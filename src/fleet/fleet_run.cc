@@ -34,7 +34,7 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s) {
   const std::string remedy =
-      "; measure it and run check-station with --store and --tag=station=" + station;
+      "; measure the golden unit and run check-station with --store and --tag=station=" + station;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks,
                              store.LastStationChecks(station));
   if (checks.empty()) {
@@ -49,8 +49,8 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
     const GoldenState state = GoldenStateOf(check, now_s, age_s);
     if (state == GoldenState::kDisagrees) {
       return std::optional("station " + station + " did not agree with " + recorded(check) +
-                           ", nor has since" + remedy +
-                           "; where that golden unit is broken or retired, give the station "
+                           ", and has not agreed since" + remedy +
+                           "; if that golden unit is broken or retired, give the station "
                            "another name");
     }
     if (state == GoldenState::kToCome) {
@@ -63,8 +63,8 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   if (has_good) return std::optional<std::string>();
   const double last_s = line::SecondsOf(checks.back().recorded);
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
-                       ", " + HoursText(now_s - last_s) + " ago, and may be " + HoursText(age_s) +
-                       " old" + remedy);
+                       ", " + HoursText(now_s - last_s) + " ago, but a check may be at most " +
+                       HoursText(age_s) + " old" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -79,9 +79,9 @@ namespace {
 Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy) {
   return Error(ErrorCode::kOtherDevice,
                {run.log},
-               "has the readings of " + other.log + ", which is unit `" + other.serial +
-                   "`, and not of `" + run.serial +
-                   "`: a copy of it, or one serial number is wrong; " + remedy);
+               "has the same readings as " + other.log + " of unit `" + other.serial +
+                   "`, but is stated to be of unit `" + run.serial +
+                   "`: it is a copy, or one serial number is wrong; " + remedy);
 }
 
 /// The text quoted as one word for a shell.
@@ -234,14 +234,14 @@ class FleetEngine {
     if (!why && !options_.is_patient) return why.error();
     const std::string text = why ? why->value_or("") : why.error().message;
     if (text.empty()) {
-      if (!hold_retry_.why.empty()) Tell("units go on");
+      if (!hold_retry_.why.empty()) Tell("calibration continues");
       hold_retry_ = Retry();
       is_held_ = false;
       return true;
     }
     is_held_ = why.has_value();
     is_waiting_in_vain_ = is_held_ && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty();
-    if (text != hold_retry_.why) Tell("units wait: " + text);
+    if (text != hold_retry_.why) Tell("calibration waits: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
     return false;
   }
@@ -347,9 +347,9 @@ class FleetEngine {
     const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
     if (!before) WarnOfLetters(run.serial);
     if (!unit.tied_with.empty() && (run.id == unit.run || run.id == unit.tied_with)) {
-      Warn(run.serial + ": run " + unit.run + ", of " + unit.log + ", which counts, and run " +
+      Warn(run.serial + ": its current run " + unit.run + ", of " + unit.log + ", and run " +
            unit.tied_with + ", of another log, were both measured at " + unit.recorded +
-           ", so the one that was calibrated first counts as the earlier");
+           "; the run that was calibrated first is taken as the earlier");
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
@@ -359,7 +359,8 @@ class FleetEngine {
     WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
       Warn(run.serial + ": run " + run.id +
-           (is_new_recording ? ", of another recording," : ", by other limits or times,") +
+           (is_new_recording ? ", of another recording,"
+                             : ", which has no result, misses other limits or has another time,") +
            " lifts the decision of " + before->disposed_by + " (" +
            std::string(VerdictName(before->final_verdict)) + ": " + before->disposed_why + ")");
     }
@@ -422,9 +423,9 @@ class FleetEngine {
     const auto same = same_in_now(worst);
     Warn(run.serial + ": was FAIL by " + MissedText(worst) +
          (lost.size() > 1 ? " and " + Counted(lost.size() - 1, "other limit") : "") + ", and is " +
-         std::string(VerdictWords(unit.final_verdict)) + " now, since run " + unit.run +
-         (same == now.judgements.end() ? " counts, which is not judged by this limit"
-                                       : " counts, which has " + MissedText(*same)) +
+         std::string(VerdictWords(unit.final_verdict)) + " now, since its current run " + unit.run +
+         (same == now.judgements.end() ? " is not judged by this limit"
+                                       : " has " + MissedText(*same)) +
          "; check that this was intended");
   }
 
@@ -466,7 +467,8 @@ class FleetEngine {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
     if (!agreed) {
-      Warn(serial + ": " + agreed.error().message + "; the next start reports its other runs");
+      Warn(serial + ": " + agreed.error().message +
+           "; the next start corrects the files of its other runs");
       return;
     }
     for (const std::string& note : agreed->Notes(serial)) Warn(note);
@@ -478,7 +480,7 @@ class FleetEngine {
   Status Failed(const Error& error, Retry* retry) const {
     constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
-    if (retry->wait_s == 0.0) Tell(error.message + "; it is repeated until it succeeds");
+    if (retry->wait_s == 0.0) Tell(error.message + "; this is tried again until it succeeds");
     retry->why = error.message;
     retry->wait_s = retry->wait_s == 0.0 ? kFirstS : std::min(kMostS, 2.0 * retry->wait_s);
     retry->at = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * retry->wait_s));

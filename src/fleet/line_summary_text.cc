@@ -128,7 +128,7 @@ std::string MeasuredText(const Json& yield) {
   for (const auto& [by, what] : {std::pair("list", " by the list"),
                                  {"recording", " by the recording's own time"},
                                  {"file", " by the time of the file"},
-                                 {"nothing", ": nothing says when it was measured"}}) {
+                                 {"nothing", " at an unknown time"}}) {
     const auto units = yield["recorded_by"].find(by);
     if (units == yield["recorded_by"].end()) continue;
     text += (text.empty() ? "" : "; ") + Counted(units->get<int>(), "unit") + what;
@@ -174,7 +174,7 @@ Section ReasonsSection(const Json& reasons) {
           TableOf(ListIn(reasons),
                   {{"units", 'r', "/units", Whole},
                    {"share", 'r', "/share", Share},
-                   {"so far", 'r', "/cumulative", Share},
+                   {"cumulative", 'r', "/cumulative", Share},
                    {"reason", 'l', "/code", Words}})};
 }
 
@@ -220,7 +220,9 @@ std::vector<Section> LimitsSections(Trees limits) {
   }
   if (!doubted.empty()) {
     capability.notes.push_back(
-        "Not normal (p < 0.01), though the share outside and intervals assume it: " + doubted);
+        "Not normally distributed (p < 0.01), although the share outside and the intervals "
+        "assume it: " +
+        doubted);
   }
   if (!changed.empty()) {
     capability.notes.push_back("Limits have changed; judged here by those of the last unit: " +

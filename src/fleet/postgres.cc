@@ -171,8 +171,8 @@ class PostgresDatabase : public Database {
       connection_.reset();
       if (Clock::now() - begin + pause > patience_) return GivenUp(status.error());
       if (pause == kFirstPause && on_note_) {
-        on_note_(name_ + ": the connection was lost (" + *lost_ + "); for " +
-                 NumberText(patience_.count()) + " s another is tried");
+        on_note_(name_ + ": the connection was lost (" + *lost_ + "); reconnecting for up to " +
+                 NumberText(patience_.count()) + " s");
       }
       std::this_thread::sleep_for(pause);
     }
@@ -241,11 +241,12 @@ class PostgresDatabase : public Database {
       return {};
     }));
     if (!may_do_more) return {};
-    return Error(ErrorCode::kInvalidArgument,
-                 name_ +
-                     ": a superuser of PostgreSQL, or who may use the server's files or programs, "
-                     "can do more by a question than read; ask as a role of its own: CREATE ROLE "
-                     "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
+    return Error(
+        ErrorCode::kInvalidArgument,
+        name_ +
+            ": a superuser of PostgreSQL, or a role that may use the server's files or programs, "
+            "can do more by a query than read; connect as a role that may only read: CREATE ROLE "
+            "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
   }
 
   void TellNotes(std::function<void(const std::string&)> on_note) override {
@@ -348,7 +349,7 @@ class PostgresDatabase : public Database {
     if (!facts.rows.empty()) return true;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
-                 "has a table `fact`, but none that `fleet run` has made; name another database");
+                 "has a table `fact` that truetriad has not created; name another database");
   }
 
   Status MakeTables() {
@@ -364,7 +365,7 @@ class PostgresDatabase : public Database {
     return Error(ErrorCode::kStoreFailure,
                  {name_},
                  FirstLine(libpq_.errorMessage(connection_.get())) +
-                     ", but not from `fleet run`; name another database");
+                     ", but was not created by truetriad; name another database");
   }
 
   const Libpq& libpq_;

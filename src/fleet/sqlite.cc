@@ -69,7 +69,7 @@ class SqliteDatabase : public Database {
     if (application != kApplicationId && (tables > 0 || to_read)) {
       return Error(ErrorCode::kStoreFailure,
                    {path_},
-                   "is a database, but none that `fleet run` has written; name another file");
+                   "is a database that truetriad has not written; name another file");
     }
     if (!to_read) {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA journal_mode = WAL"));
@@ -163,7 +163,9 @@ class SqliteDatabase : public Database {
     const int reason = code == SQLITE_IOERR ? sqlite3_system_errno(database_.get()) : 0;
     std::string text = sqlite3_errmsg(database_.get());
     if (reason != 0) text += std::string(": ") + std::strerror(reason);
-    if (code == SQLITE_FULL || reason == ENOSPC) text += "; make room, and go on with --resume";
+    if (code == SQLITE_FULL || reason == ENOSPC) {
+      text += "; free disk space, and continue with --resume";
+    }
     return Error(ErrorCode::kStoreFailure, {path_}, text);
   }
 

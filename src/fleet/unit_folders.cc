@@ -294,7 +294,7 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
   }
   for (const Unreached& one : unreached) {
     notes.push_back(serial + ": " + one.error.message + (why.empty() ? "" : "; " + why) +
-                    ", and `export` does not see this there");
+                    "; `export` from there does not notice this");
   }
   return notes;
 }

@@ -151,7 +151,7 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   if (calibration.serial.empty() && order.shares_name) {
     return Error(ErrorCode::kDuplicateKey,
                  {order.log},
-                 "states no serial number, and another log's file is called the same; give a list "
+                 "states no serial number, and another log has the same file name; give a list "
                  "with serial numbers, or --serial={serial}.csv if names are serial numbers");
   }
   if (calibration.serial.empty()) calibration.serial = run->serial;

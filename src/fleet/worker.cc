@@ -90,7 +90,7 @@ std::string HowEnded(int status) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
     return std::string("was ended by signal ") + std::to_string(signal) + " (" + strsignal(signal) +
-           (signal == SIGKILL ? "; was memory short?)" : ")");
+           (signal == SIGKILL ? "; perhaps memory ran out)" : ")");
   }
   return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }

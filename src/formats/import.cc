@@ -218,7 +218,8 @@ Result<Import> ImportCalibration(std::string_view format_name,
   calibration.created = TimestampUtc();
   calibration.findings = {{FindingCode::kImported,
                            "imported from " + std::string(format.info.name) +
-                               ": the unit's present calibration, every sigma is zero"}};
+                               " as the unit's present calibration; its uncertainties are unknown, "
+                               "so every sigma is zero"}};
   for (const std::string& note : import.notes) {
     calibration.findings.emplace_back(FindingCode::kImported, note);
   }

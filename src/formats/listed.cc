@@ -157,7 +157,7 @@ Result<Files> WriteBasalt(const WriteRequest& request) {
       request.warnings.emplace_back(
           std::string(TriadName(triad)) + ": " + name + "_noise_std and " + name +
           "_bias_std are missing; give --allan=FILE with white noise and random "
-          "walk of every axis, or fill them in");
+          "walk of every axis, or enter them by hand");
     }
   }
   if (rate_hz > 0.0) members["imu_update_rate"] = rate_hz;
@@ -201,9 +201,9 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
   if (request.stated->covariance.matrix.size() > 0) {
     variances += ReadingVariances(triad, *request.stated);
   } else {
-    request.warnings.emplace_back(std::string(TriadName(triad)) +
-                                  ": the calibration states no covariance; " +
-                                  std::string(kCovarianceNames[triad]) + " is of noise alone");
+    request.warnings.emplace_back(
+        std::string(TriadName(triad)) + ": the calibration states no covariance; " +
+        std::string(kCovarianceNames[triad]) + " contains only the noise");
   }
   if (triad == Triad::kMagnetometer) variances *= kTeslaPerMicrotesla * kTeslaPerMicrotesla;
   return variances;

@@ -154,8 +154,8 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
              &covariance->matrix);
   if (!IsCovariance(covariance->matrix)) {
     reader.Fail(
-        "is not a covariance: a number is not finite, a variance negative, a correlation above "
-        "one, or the matrix not symmetric; calibrate again");
+        "is not a covariance: a number is not finite, a variance is negative, a correlation is "
+        "above one, or the matrix is not symmetric; calibrate again");
   }
   reader.RejectUnknown();
 }

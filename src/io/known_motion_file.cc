@@ -37,7 +37,7 @@ void TimeFields(FieldReader& visit, TimeRange* times) {
   const bool has_start = visit("start_s", start_s, kLogTime);
   if (!visit("end_s", end_s, kLogTime) || !has_start) return;
   visit.Expect(start_s < end_s,
-               "its time is not a range; expected start_s < end_s, in seconds of the log's time");
+               "the times are not a range; expected start_s < end_s, in seconds of the log's time");
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
 }
 
@@ -51,7 +51,7 @@ void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* pla
   const std::string known =
       "`first` and `last`, `start_s` and `end_s`, or `" + std::string(pose_key) + "`";
   visit.Expect(ways > 0, "states no place in the recording; expected " + known);
-  visit.Expect(ways < 2, "a time, rows and a pose exclude each other; keep " + known);
+  visit.Expect(ways < 2, "states its place in several ways; keep either " + known);
   visit(pose_key,
         place->pose,
         Range{.lowest = 1.0,

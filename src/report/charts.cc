@@ -133,7 +133,7 @@ Drawing LimitDrawing(const std::vector<LimitCheck>& limits) {
   }
   return {svg.Finish(),
           "Worst value for each limit (bar) with ±2σ (line), compared with the limit; in another "
-          "colour its guard band, where one is set."};
+          "colour its guard band, if one is set."};
 }
 
 Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
@@ -241,8 +241,8 @@ Drawing HeadingDrawing(const Calibration& calibration) {
     raw.series.back().Add(heading, raw_deg);
   }
   return {Chart("Heading error round the compass", {raw, corrected}),
-          "Heading of the unit held level, round the compass, its tilt by the accelerometer: error "
-          "of raw readings, and that by the σ of the parameters."};
+          "Heading error of a level unit turned through 360°, with its tilt from the "
+          "accelerometer: for raw readings, and as expected from the σ of the parameters."};
 }
 
 namespace {

@@ -354,8 +354,8 @@ std::string PoseDetails(const Calibration& calibration) {
     const bool has_rests =
         calibration.IsUsable() && calibration.mode == Mode::kPoses && quality.poses > 0;
     return has_rests ? Element("p",
-                               "This calibration file has so many poses that it does not hold "
-                               "each: they are in the page that `calibrate` wrote.")
+                               "This calibration file lists no residuals of single poses, so "
+                               "there is no table of poses.")
                      : "";
   }
   if (!HasPoseRows(calibration)) {

@@ -516,7 +516,7 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
     return NotEnoughError(
         Finding(
             FindingCode::kNoKnownMotion,
-            "gyroscope: alone, only its bias is observable",
+            "gyroscope: without another sensor or a known motion, only its bias is observable",
             "state known `turns:` or `rates:`, or enable the accelerometer, so that its turns are "
             "measured against gravity")
             .About(Triad::kGyroscope));

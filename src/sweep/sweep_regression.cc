@@ -368,7 +368,7 @@ class Regression {
       const auto place = std::find(chosen_.begin(), chosen_.end(), static_cast<int>(t));
       term.chosen = place != chosen_.end();
       if (windows_ < 3 * static_cast<int>(products_.size())) {
-        term.why = "too few windows have all factors";
+        term.why = "not tested: too few windows have values of all factors";
         continue;
       }
       const PartialTest test =

@@ -148,7 +148,8 @@ void RecordingSearch::FindRounding() {
   if (!is_coarse_) return;
   Widen(moved,
         Triad::kGyroscope,
-        "has a resolution coarser than its noise, so its bias is known only to one step",
+        "has a resolution coarser than its noise, so its bias is known only to one step of its "
+        "readings",
         "log it with more digits, or set a smaller full-scale range");
 }
 
@@ -160,7 +161,7 @@ void RecordingSearch::FindOneSided() {
     if (!Acts(Mechanism::kOneSided)) continue;
     Widen(MovedBy(graph_.layout.bias[stream.triad], stream.one_sided_raw),
           stream.triad,
-          "has outliers to one side, which bias the means",
+          "has outliers in one direction only, which bias the means",
           "look for spikes in the log");
   }
 }

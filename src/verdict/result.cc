@@ -117,7 +117,8 @@ Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibrati
   if (!limits) return limits.error();
   if (limits->empty() && !options.limits.limits.empty()) {
     return Error(ErrorCode::kInvalidExperiment,
-                 "limits: none is of a calibrated sensor; state limits of calibrated ones")
+                 "limits: this calibration has none of the limited quantities; state limits of "
+                 "calibrated sensors")
         .About("limits");
   }
   calibration->quality.limits = std::move(*limits);

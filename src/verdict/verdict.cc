@@ -126,9 +126,9 @@ void StateRejected(const PoseGraph& graph, Quality* quality) {
     if (!edge.rejected || edge.stated_turn >= 0) continue;
     quality->rests.rejected_poses.push_back({graph.nodes[edge.from + 1].number,
                                              Triad::kGyroscope,
-                                             "the turn into it from pose " +
+                                             "the turn from pose " +
                                                  std::to_string(graph.nodes[edge.from].number) +
-                                                 " disagrees with all others"});
+                                                 " to this one disagrees with all other turns"});
   }
   for (const PoseNode& node : graph.nodes) {
     for (const Observation& observation : node.observations) {

@@ -125,10 +125,10 @@ TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
   const std::string watch =
       "truetriad fleet watch line -o out --report=false --until-idle=0.1 --jobs=1 ";
   const Finished run = Run(watch);
-  EXPECT_THAT(
-      run.err,
-      AllOf(HasSubstr("good  NO LIMITS SET\n"),
-            HasSubstr("poor  NO RESULT  record again, hands off while it rests (no-rest)")));
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("good  NO LIMITS SET\n"),
+                    HasSubstr("poor  NO RESULT  record again; do not touch the unit while it rests "
+                              "(no-rest)")));
   EXPECT_THAT(Run(watch + "--set=limits.accelerometer.bias=1e-9").err,
               HasSubstr("good  FAIL  set it aside (limit:accelerometer.bias."));
 }
@@ -236,7 +236,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   const Finished ended =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
-          "watch=$!; lines err 'units wait' 1; kill -TERM $watch; wait $watch; code=$?; "
+          "watch=$!; lines err 'calibration waits' 1; kill -TERM $watch; wait $watch; code=$?; "
           "cat err >&2; (exit $code); }");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("1 log not calibrated"));
@@ -244,8 +244,8 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
-          "watch=$!; lines err 'units wait' 1; " +
-          check + "today.csv --tag=station=S3 >/dev/null; lines err 'units go on' 1; " +
+          "watch=$!; lines err 'calibration waits' 1; " +
+          check + "today.csv --tag=station=S3 >/dev/null; lines err 'calibration continues' 1; " +
           "await '[ -e out/units/u0 ]'; "
           "kill -TERM $watch; wait $watch; }");
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
@@ -269,7 +269,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_THAT(Run("truetriad check-station --golden=ref/calibration.yaml today.csv "
                   "--tag=station=S3 --store=checks.jsonl")
                   .err,
-              HasSubstr("keeps no checks"));
+              HasSubstr("cannot hold station checks"));
   EXPECT_FALSE(fs::exists(folder_.Path("checks.jsonl")));
 }
 

@@ -478,8 +478,8 @@ TEST(FaultWords, SayWhatWasSeenWhereAndWhatToDo) {
   units[Triad::kMagnetometer] = "uT";
   EXPECT_EQ(WordsOf(fault, units).Statement(),
             "magnetometer: bias step, from pose 13 on: (0.41, -0.5, 0.3) ± (0.01, 0.02, 0.01) uT; "
-            "chance gives as much in 1 of 10^37 recordings; uncorrected, it would shift a "
-            "parameter by 25.0 σ");
+            "by chance alone, 1 of 10^37 fault-free recordings shows as much; left uncorrected, it "
+            "would shift a parameter by up to 25.0 σ");
   fault.rivals.push_back({step, Triad::kAccelerometer, 12, 0});
   EXPECT_THAT(WordsOf(fault, units).Statement(),
               testing::StartsWith("either magnetometer: bias step, from pose 13 on, or "

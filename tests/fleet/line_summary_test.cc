@@ -470,7 +470,7 @@ TEST_F(StudyOfUnits, OfOneUnitIsOfType1) {
 TEST_F(StudyOfUnits, SaysWhatItLacks) {
   Result<Json> none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no run is one of the study"));
+  EXPECT_THAT(none.error().message, HasSubstr("the condition of the study selects no run"));
   AddStudy(1, 1, 1);
   none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
@@ -478,7 +478,8 @@ TEST_F(StudyOfUnits, SaysWhatItLacks) {
   AddStudy(3, 2, 2);
   none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("2 runs of part part1 by op0, elsewhere 3"));
+  EXPECT_THAT(none.error().message,
+              HasSubstr("2 runs of part part1 by op0, but up to 3 in other cells"));
 }
 
 // The same files calibrated again would be a gauge without any error.

@@ -217,8 +217,8 @@ TEST(Import, SaysWhatItTakesForGranted) {
   const Result<Import> result = ImportCalibration("ardupilot", {path});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->notes,
-              ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; taken as 0 for offsets, 1 "
-                          "for scales",
+              ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; missing offsets are taken "
+                          "as 0, missing scales as 1",
                           "magnetometer: the file does not state its rotation against the board "
                           "(AHRS_ORIENTATION); taken as not rotated"));
 }
@@ -257,7 +257,7 @@ TEST(Import, FindsASensorByItsNumberAndKnowsWhereItWas) {
   EXPECT_EQ(unit.tags.device_slots[Triad::kAccelerometer], 2);
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kAccelerometer], 1);  // The first that is nobody's.
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kGyroscope], 3);
-  EXPECT_THAT(result->notes, Contains("no magnetometer of the file has the number 9"));
+  EXPECT_THAT(result->notes, Contains("no magnetometer of the file has the device id 9"));
   // It goes back to where it came from.
   const Result<Export> back = ExportCalibration(unit, "px4");
   ASSERT_TRUE(back) << back.error().message;

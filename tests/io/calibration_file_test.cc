@@ -265,7 +265,7 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   calibration.tags = {};
   calibration.tags.device_slots[Triad::kGyroscope] = -2;
   EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
-              HasSubstr("device.slots.gyroscope: must be 0 or more, or -1 where no slot is free"));
+              HasSubstr("device.slots.gyroscope: must be 0 or more, or -1 if no slot is free"));
 }
 
 TEST(CalibrationFile, HoldsWhatWasDecidedAndIsHeadedByIt) {

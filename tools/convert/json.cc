@@ -195,7 +195,7 @@ Result<VariableFile> Open(const std::string& path) {
       const auto end = text.begin() + static_cast<std::ptrdiff_t>(at);
       return Error(ErrorCode::kWrongFormat,
                    {path, 1 + std::count(text.begin(), end, '\n')},
-                   "is not JSON from here on (after " + std::to_string(at) + " characters)");
+                   "is not valid JSON from here on (after " + std::to_string(at) + " characters)");
     }
     json = *std::move(lines);
   }

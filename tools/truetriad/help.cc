@@ -267,7 +267,7 @@ Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
     if (!words.empty())
       return Error(ErrorCode::kConflictingArguments,
-                   "--as=" + FLAGS_as + " covers all verbs; name none");
+                   "--as=" + FLAGS_as + " covers all verbs; leave out the verb");
     TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("as", FLAGS_as, {"text", "man", "bash"}, " is unknown"));
     return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }

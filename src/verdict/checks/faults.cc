@@ -40,9 +40,10 @@ std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
 
 Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const FaultWords words = WordsOf(fault, UnitsOf(run.poses));
-  const std::string treated = fault.is_trusted()   ? "; corrected"
-                              : fault.is_corrected ? "; corrected, and σ allow for all of it"
-                                                   : "; not corrected, but σ allow for all of it";
+  const std::string treated = fault.is_trusted() ? "; corrected"
+                              : fault.is_corrected
+                                  ? "; corrected, and σ are widened by its whole effect"
+                                  : "; not corrected, but σ are widened by its whole effect";
   Finding finding(FindingCode::kFault, words.Statement() + treated, RemedyOf(fault, words.remedy));
   finding.About(fault.place.triad)
       .Shifting(fault.shift_sigmas,
@@ -136,8 +137,8 @@ std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
   if (bends.empty()) return std::nullopt;
   return Finding(
              FindingCode::kLinearityAssumed,
-             "σ are valid for linear sensors: a nonlinearity just too small to be detected would "
-             "shift a parameter by " +
+             "σ assume linear sensors: a nonlinearity just too small to be detected would shift a "
+             "parameter by " +
                  Listed(bends))
       .With("shift", largest);
 }

@@ -65,7 +65,8 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
                      " at the next rest has an error of " +
                      Format("%.0f deg (median of ", kDegPerRad * median_rad) +
                      std::to_string(count) +
-                     " turns): they are of another device or other axes, or not in the log's unit",
+                     " turns): the held parameters are of another device or other axes, or not in "
+                     "the log's unit",
                  "correct them, or have them estimated")
       .As(Severity::kRefusal)
       .About(Triad::kGyroscope)
@@ -80,8 +81,9 @@ Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   const double excess_rad = std::sqrt(solved.noise_before.excess[NoiseComponent::kTurn]);
   if (!(excess_rad > kOddScatterRad)) return {};
   return {Finding(FindingCode::kHeldGyroscope,
-                  Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * excess_rad) +
-                      " about the parameters held by `fixed:`, far more than their noise",
+                  Format("gyroscope: the turns differ by %.1f deg", kDegPerRad * excess_rad) +
+                      " (1 σ) from those that the parameters held by `fixed:` predict, far more "
+                      "than their noise",
                   "have them estimated")
               .About(Triad::kGyroscope)
               .With("scatter", excess_rad, "rad")};

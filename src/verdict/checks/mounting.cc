@@ -104,7 +104,7 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
     lines += (lines.empty() ? "" : " or ") + MountingLine(view, view.against);
   }
   Finding finding(FindingCode::kMountingContradicted,
-                  who + ": axes are swapped or reversed against " +
+                  who + ": axes are swapped or reversed relative to " +
                       (options.IsBodyKnown() ? "what is stated" : "those of the other sensors"),
                   lines.empty() ? "correct the labels or attitudes"
                                 : "correct columns or labels, or state the mounting: " + lines);
@@ -136,7 +136,7 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
     const bool is_reversed = IsReversedAgainst(options, triad, map);
     const std::string text =
         std::string(TriadName(triad)) + ": its sensing axes x, y, z lie along " + AxisMapName(map) +
-        " of the body" + (is_judged ? ", which must be stated where limits are to be judged" : "") +
+        " of the body" + (is_judged ? ", which must be stated if limits are to be judged" : "") +
         (is_reversed ? kReversed : "");
     Finding& finding = findings.emplace_back(
         is_judged ? FindingCode::kMountingNotStated : FindingCode::kMountingFound,

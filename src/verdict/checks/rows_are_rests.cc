@@ -81,7 +81,8 @@ Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun&) {
                   "the table has no times, so each row is taken for a rest; but the errors of "
                   "successive rows are correlated" +
                       Format(" (correlation %.2f", correlation) +
-                      Format(", σ by chance %.2f)", sigma) + ", as in a log of a moving unit",
+                      Format("; for independent rows 0 ± %.2f)", sigma) +
+                      ", as in a log of a moving unit",
                   "add `time[s]`, or state the rate in a manifest; if each row is indeed "
                   "a rest, state `poses: every_row`")
               .About(Triad::kAccelerometer)

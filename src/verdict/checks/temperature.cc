@@ -98,8 +98,9 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun&) {
   const double reference = run.options.reference.temperature_degc;
   const bool is_far = std::abs((*recorded)[1] - reference) > kMuchTemperatureDegc;
   if (is_far) {
-    text += Format(": bias and sensitivity are those there, not at the reference of %.1f degC",
-                   reference);
+    text += Format(
+        ": bias and sensitivity hold at these temperatures, not at the reference of %.1f degC",
+        reference);
   }
   return {Finding(FindingCode::kNoTemperatureTerms, std::move(text))
               .With("lowest", (*recorded)[0], "degC")
@@ -142,8 +143,8 @@ Findings CheckDrift(const SettledRun&, const SolvedRun& solved) {
                 std::string(TriadName(triad)) +
                     Format(": the bias differs between temperatures by %.2g ", sigma) + unit +
                     " (1 σ) more than the temperature terms explain: the bias drifts, the order is "
-                    "too low, or the curve has a knee; reported σ allow for it, independent at "
-                    "each temperature",
+                    "too low, or the curve has a knee; reported σ allow for a drift that is "
+                    "independent at each temperature",
                 "record a sweep with `knots`, which shows it")
             .About(triad)
             .With("drift", sigma, unit));

@@ -522,11 +522,12 @@ Status Run(const Arguments& arguments) {
   for (const Conversion& conversion : conversions) {
     if (conversion.restated() > 0) {
       Note("magnetometer: " + Counted(conversion.restated(), "row") +
-           " logged with changed offsets converted to the first offsets");
+           " logged with changed offsets; converted as if logged with the first offsets");
     }
     if (conversion.without_temperature() > 0) {
       Note(Counted(conversion.without_temperature(), "row") +
-           " before the first temperature skipped, whose correction by it (INS_TCAL) is not known");
+           " before the first temperature skipped: the temperature correction (INS_TCAL) in them "
+           "is not known");
     }
     if (conversion.without_time() > 0) {
       Note(Counted(conversion.without_time(), "message") + " skipped (no time or no readings)");

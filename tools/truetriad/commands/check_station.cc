@@ -29,7 +29,8 @@ DEFINE_string(
     repeatability,
     "",
     "SENSOR.bias=SIGMA,...: σ by which the golden unit itself differs from run to run, as in "
-    "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; of scale a share)");
+    "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; for scale a relative "
+    "value)");
 
 namespace truetriad {
 namespace {
@@ -67,9 +68,9 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
       Experiment experiment,
       ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, overrides));
   if (!FLAGS_store.empty() && experiment.tags.station.empty()) {
-    return Error(ErrorCode::kMissingArgument,
-                 "--store keeps the check of a station, and none is named; give "
-                 "--tag=station=NAME");
+    return Error(
+        ErrorCode::kMissingArgument,
+        "--store needs the name of the station whose check it keeps; give --tag=station=NAME");
   }
   experiment.inputs = std::move(inputs);
   return experiment;
@@ -82,7 +83,7 @@ Status CheckStore() {
   if (!fleet::JsonLinesPath(FLAGS_store)) return {};
   return BadValue("store",
                   FLAGS_store,
-                  ": a file of runs keeps no checks; name a file for SQLite, as in "
+                  ": a file of JSON lines cannot hold station checks; name an SQLite file, as in "
                   "--store=fleet.db, or PostgreSQL");
 }
 
