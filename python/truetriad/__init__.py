@@ -45,7 +45,8 @@ def _find_module():
         checkout = pathlib.Path(__file__).resolve().parents[2]
         __path__.append(str(checkout / "build/python/truetriad"))
     if importlib.util.find_spec("._truetriad", __name__) is None:
-        raise ImportError(f"truetriad's module is not built for this Python; `tools/build.sh python` in {checkout} builds it")
+        raise ImportError("truetriad's module is not built for this Python; run `tools/build.sh python` "
+                          f"in {checkout} to build it")
 
 
 _find_module()
@@ -76,4 +77,4 @@ Calibration.plot = _notebook.plot
 Calibration.to_frame = _notebook.to_frame
 Calibration.covariance = property(
     lambda self: Covariance(*self._covariance),
-    doc="Of every parameter, in the stated gauge: names and a NumPy matrix.")
+    doc="The covariance of all parameters, in the stated gauge: names and a NumPy matrix.")

@@ -111,8 +111,8 @@ class Recording:
             stream["temperature"] = _truetriad.numbers(stated["temperature"], f"{what}, temperature")
             infinite = np.isinf(stream["temperature"])
             if infinite.any():
-                raise _fail(f"{what}, row {infinite.argmax()}: the temperature is infinite; NaN is one that is "
-                            "not known")
+                raise _fail(f"{what}, row {infinite.argmax()}: the temperature is infinite; use NaN for an "
+                            "unknown one")
         if "pose" in stated:
             stream["pose"] = _integers(stated["pose"], f"{what}, pose", np.int32)
         for key in ("time_ns", "temperature", "pose"):
@@ -205,7 +205,7 @@ def _nanoseconds(values, what):
             raise _fail(f"{what}, row {missing.argmax()}: time is NaT; drop the row")
         in_ns = array.astype(f"{array.dtype.kind}8[ns]")
         if (in_ns.astype(array.dtype) != array).any():
-            raise _fail(f"{what}: times are of a finer unit than ns, or too far from 1970 for it")
+            raise _fail(f"{what}: times have a finer unit than ns, or are too far from 1970 to be held in ns")
         return in_ns.astype(np.int64)
     time = _truetriad.numbers(values, f"{what}, time")
     wrong = ~(np.abs(time) < 9.2e9)  # In ns such times still fit into 64 bits.
@@ -220,7 +220,7 @@ _EXAMPLE = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"
 
 
 def _columns(table, units):
-    """Columns named as in a self-describing CSV, as data and units."""
+    """The data and units of columns that are named as in a self-describing CSV."""
     import numpy as np
     data, axes = {}, {}
     for column in table.keys():
@@ -239,7 +239,7 @@ def _columns(table, units):
             if unit not in _SECONDS:
                 raise _fail(f"column `{column}`: unknown unit of time; expected s, ms, us or ns")
             if "time" in data or "time_ns" in data:
-                raise _fail(f"column `{column}` is a second time; leave one out")
+                raise _fail(f"column `{column}` is a second time column; leave one of the two out")
             if unit == "ns" and np.asarray(values).dtype.kind in "iu":
                 data["time_ns"] = values
             elif np.asarray(values).dtype.kind in "mM":  # These types have a unit of their own.
@@ -250,7 +250,7 @@ def _columns(table, units):
             if unit not in ("degC", "K"):
                 raise _fail(f"column `{column}`: unknown unit of temperature; expected degC or K")
             if "temperature" in data:
-                raise _fail(f"column `{column}` is a second temperature; leave one out")
+                raise _fail(f"column `{column}` is a second temperature column; leave one of the two out")
             values = _truetriad.numbers(values, f"column `{column}`")
             data["temperature"] = values - 273.15 if unit == "K" else values
         else:
@@ -262,6 +262,6 @@ def _columns(table, units):
         data[sensor] = np.column_stack([columns[axis][0] for axis in "xyz"])
         unit = columns["x"][1]
         if units.setdefault(sensor, unit) != unit:
-            raise _fail(f"the {sensor} is in {unit} by its columns and in {units[sensor]} by units=; leave units= "
-                        "out, or rename the columns")
+            raise _fail(f"the {sensor} is in {unit} by its column names, but in {units[sensor]} by units=; "
+                        "leave units= out, or rename the columns")
     return data, units

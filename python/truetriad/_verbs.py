@@ -45,7 +45,7 @@ def evaluate(calibration, recording, *, units=None, poses="", progress=None):
 
 
 def compare(a, b):
-    """Whether two calibrations (or paths of such) agree, in sigmas, after taking out the gauge."""
+    """Whether two calibrations (or paths of such) agree, in sigmas, with both in one frame convention."""
     return Comparison(_truetriad.compare(_calibration(a), _calibration(b)))
 
 
@@ -99,7 +99,7 @@ def _inputs(recording, units):
     files = [_path(one, "recording") for one in several if _is_path(one)]
     if files and len(files) == len(several):
         if units:
-            raise _fail("units= is for arrays; a file states its own")
+            raise _fail("units= applies to arrays only; a file states its own units")
         return files, []
     if files:
         raise _fail("files and arrays cannot be mixed; read the files, or save the arrays")
@@ -131,7 +131,7 @@ def _path(value, what):
 
 def _callable(progress):
     if progress is not None and not callable(progress):
-        raise _fail(f"progress is {progress!r}; expected a function of the share that is done")
+        raise _fail(f"progress is {progress!r}; expected a function that takes the share done, 0 to 1")
     return progress
 
 
@@ -142,7 +142,7 @@ def _unit_of(unit):
     except TypeError:
         raise _fail(f"unit is {unit!r}; expected an integer from 0") from None
     if not 0 <= unit < 2**31:
-        raise _fail(f"unit is {unit}; units count from 0, below the scenario's `count`")
+        raise _fail(f"unit is {unit}; units are numbered from 0 to the scenario's `count` - 1")
     return unit
 
 

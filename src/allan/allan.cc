@@ -201,12 +201,11 @@ Result<AllanTriad> StreamAnalysis::Finish(const StreamCounts& counts) {
 
 void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
   if (const std::optional<double> held = hold_.SamplesHeld()) {
-    Warn(
-        Name(),
-        "each reading is held for " + Number(*held, 3) +
-            " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
-            " Hz, slower than the log; N is fitted at longer tau, and the noise of one sample is N "
-            "times the square root of the log's rate");
+    Warn(Name(),
+         "each reading is held for " + Number(*held, 3) +
+             " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
+             " Hz, slower than the log; N is fitted at longer tau, and the noise of one reading is "
+             "N times the square root of the sensor's rate, not of the log's");
   }
   if (even_.irregular()) {
     Warn(Name(),
@@ -295,17 +294,17 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
           "drifts steadily by about " + Reading(drift, 3) +
               " per second (a rate ramp, slope +1), " +
               Reading(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
-              " over the log; it is excluded from the coefficients, but limits how low B can be");
+              " over the log; it is excluded from the coefficients, but may hide a lower B");
   }
   if (RisesFar(result)) {
     Doubt(axis,
-          "the deviation rises far above that of single samples, which is unusual for noise at "
-          "rest; check that the unit was still");
+          "at long tau the deviation rises far above that of single samples, which is unusual for "
+          "noise at rest; check that the unit was still");
   }
   if (!fit.follows()) {
     Doubt(axis,
-          "N, B, K and Q together do not fit the curve; the coefficients are rough, check the "
-          "plot");
+          "N, B, K and Q together do not fit the curve; the coefficients are inaccurate: check "
+          "the plot");
   } else if (fit.is_late) {
     Doubt(axis,
           "N, B, K and Q fit the curve only from tau = " +
@@ -314,8 +313,8 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
               "before using N");
   } else if (fit.misfit > 1.0 && result.random_walk) {
     Doubt(axis,
-          "the fit of N, B, K and Q is worse than chance, typical of a slow cycle; K is rough, "
-          "check the plot");
+          "the curve differs from the fit of N, B, K and Q by more than chance, as with a slow "
+          "cycle; K is inaccurate: check the plot");
   }
 }
 
@@ -344,14 +343,14 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
     const std::string what = "the unit moved or was knocked, or its readings jumped (axes " +
                              jumping_axes + "): " + std::to_string(worst.disturbed) + " of " +
                              std::to_string(worst.windows) +
-                             " windows are outliers, the worst at " + Seconds(worst.worst_ns) +
-                             "; cut these parts out, or record again";
+                             " windows have unusual noise or a step, the worst at " +
+                             Seconds(worst.worst_ns) + "; cut these parts out, or record again";
     if (shows) return what;
     Warn(Name(), what);
   }
   if (swaying_axes.empty()) return "";
-  return "the deviation rises far above that of single samples, unlike noise (axes " +
-         swaying_axes + "): the unit moved, or something drifts; record again at rest";
+  return "at long tau the deviation rises far above that of single samples, unlike noise (axes " +
+         swaying_axes + "): the unit moved, or its readings drift; record again at rest";
 }
 
 void StreamAnalysis::WarnOfAxis(std::size_t axis) {
@@ -360,7 +359,7 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
   if (step > 0.0 && seen.sigma < 0.5 * step) {
     Warn(Name(axis),
          "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
-             "; short tau shows rounding rather than noise");
+             "; at short tau the curve shows rounding, not noise");
   }
   // With noise as large as the resolution, 32 readings (the shortest window) are equal by chance
   // once in 10^13.

@@ -62,9 +62,9 @@ void UnitField(V& visit, const std::string& expected) {
   std::string unit = expected;
   visit("unit", unit);
   visit.Check("unit", [&] {
-    return unit == expected
-               ? ""
-               : "is `" + unit + "`; expected `" + expected + "`, as this sensor's unit is used";
+    return unit == expected ? ""
+                            : "is `" + unit + "`; expected `" + expected +
+                                  "`, which follows from the sensor's unit";
   });
 }
 

@@ -6,10 +6,10 @@
 #include <numbers>
 #include <utility>
 
-#include "report/svg.h"
 #include "report/content.h"
-#include "report/table.h"
 #include "report/page.h"
+#include "report/svg.h"
+#include "report/table.h"
 #include "truetriad/base/units.h"
 
 namespace truetriad {
@@ -27,7 +27,7 @@ const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds = {{
      "",
      0.0,
      0.0,
-     "line at 0.664 B",
+     "level line at 0.664 B",
      "B not visible: the log is too short to reach a minimum."},
     {'K',
      "rate random walk",
@@ -85,9 +85,9 @@ std::vector<Detail> DetailsOf(const AllanTriad& triad,
   if (coefficient.symbol == 'K') {
     return {{"step of one sample", value / std::sqrt(triad.rate_hz), unit}};
   }
-  if (coefficient.symbol == 'Q') return {{"in one sample", value * triad.rate_hz, unit}};
+  if (coefficient.symbol == 'Q') return {{"Q times sample rate", value * triad.rate_hz, unit}};
   std::vector<Detail> details = DensityInCommonUnits(triad, axis.white_density->value);
-  details.insert(details.begin(), {"one sample", value * std::sqrt(triad.rate_hz), unit});
+  details.insert(details.begin(), {"σ of one sample", value * std::sqrt(triad.rate_hz), unit});
   if (axis.white_range_s) {
     details.push_back({"fitted from tau", axis.white_range_s->front(), "s"});
     details.push_back({"to tau", axis.white_range_s->back(), "s"});
@@ -184,8 +184,8 @@ std::vector<Section> RemarksOf(const AllanResult& result) {
   }
   if (bound) {
     notes.Add(Bullet{
-        "B ≤: the curve is still falling, or has no floor above white noise; the bias may be more "
-        "stable than this. A longer log may show it."});
+        "B ≤ is an upper bound: the curve still falls at its end, or shows nothing above white "
+        "noise. The bias may be more stable; a longer log may show it."});
   }
   return {warnings, notes};
 }
@@ -433,7 +433,7 @@ Drawing AllanDrawing(const AllanResult& result) {
 VerbReport ReportOf(const AllanResult& result) {
   PageContent content{
       TitleOf(result),
-      {Grade::kGood, "AT REST", TitleOf(result) + ": coefficients of all sensors are stated."},
+      {Grade::kGood, "AT REST", TitleOf(result) + ": the coefficients of all sensors are given."},
       {{"", {}, [&result] { return std::vector{AllanDrawing(result)}; }}}};
   if (const std::vector<std::string> moved = Disturbances(result); !moved.empty()) {
     content.headline = {Grade::kBad,

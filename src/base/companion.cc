@@ -50,7 +50,7 @@ Result<void*> CompanionFunction(const char* file_name, const char* function) {
     return Error(ErrorCode::kMissingProgram, std::string(file_name) + why);
   };
   const std::optional<std::string> file = FindCompanion(file_name);
-  if (!file) return missing(" is not there");
+  if (!file) return missing(" was not found");
   void* const module = ::dlopen(file->c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const address = module == nullptr ? nullptr : ::dlsym(module, function);
   if (address == nullptr) return missing(" cannot be loaded: " + std::string(::dlerror()));

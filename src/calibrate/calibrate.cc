@@ -374,11 +374,10 @@ Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOption
     summary->calibration.reference.recorded_degc = recorded;
     if (options.HasThermal() && options.HasChoice() && temperatures == 1 && recorded) {
       summary->calibration.findings.push_back(
-          Finding(
-              FindingCode::kOneTemperature,
-              Format("`auto`: all poses were taken at about %.1f degC, which says nothing about "
-                     "other temperatures: bias and sensitivity are those there",
-                     (*recorded)[1]))
+          Finding(FindingCode::kOneTemperature,
+                  Format("`auto`: all poses were taken at about %.1f degC, so no temperature terms "
+                         "were chosen: bias and sensitivity hold at that temperature",
+                         (*recorded)[1]))
               .With("temperature", (*recorded)[1], "degC"));
     }
   }

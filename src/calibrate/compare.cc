@@ -69,7 +69,7 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
     return Error(
         ErrorCode::kDamagedFile,
-        "a covariance lists parameters that its calibration does not hold; the file was changed "
+        "a covariance lists parameters that its calibration does not hold; the file was edited "
         "by hand");
   }
   for (const Triad triad : kTriads) {
@@ -78,10 +78,10 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
     const auto& thermal_b = b.sensors[triad]->thermal;
     if (thermal_a && thermal_b && thermal_a->reference_degc != thermal_b->reference_degc) {
       return Error(ErrorCode::kDoesNotMatch,
-                   std::string(TriadName(triad)) + ": the temperature terms of a are about " +
-                       std::to_string(thermal_a->reference_degc) + " degC, those of b about " +
+                   std::string(TriadName(triad)) + ": the temperature terms of a are relative to " +
+                       std::to_string(thermal_a->reference_degc) + " degC, those of b to " +
                        std::to_string(thermal_b->reference_degc) +
-                       " degC, and cannot be moved; calibrate both with the same "
+                       " degC, and cannot be converted; calibrate both with the same "
                        "reference.temperature_degc");
     }
   }
@@ -120,7 +120,7 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
         continue;
       }
       const std::string group = name.substr(0, name.rfind('.'));
-      if (IsHeld(one, group)) groups.insert(group + " (held in " + which + ")");
+      if (IsHeld(one, group)) groups.insert(group + " (held fixed in " + which + ")");
       if (std::find(names.begin(), names.end(), name) != names.end()) continue;
       groups.insert(group + " (only in " + which + ")");
     }
@@ -292,7 +292,8 @@ std::vector<CommonParameter> AddEntries(const Calibration& a,
     const auto found = std::find(of_b.names.begin(), of_b.names.end(), name);
     if (found == of_b.names.end()) continue;
     if (IsOfAnotherTemperature(a, b, name)) {
-      comparison->not_compared.push_back(name + " (of different temperatures)");
+      comparison->not_compared.push_back(
+          name + " (one relates to a temperature with lag or smoothing, the other does not)");
       continue;
     }
     CommonParameter at{
@@ -315,7 +316,7 @@ std::vector<CommonParameter> AddEntries(const Calibration& a,
     const LargestEntries& group = largest[group_of(name)];
     if (VarianceOf(of_a, of_b, at) > kFixedShare * group.variance) return false;
     if (std::abs(at.difference) > kRounding * group.value) {
-      comparison->not_compared.push_back(name + " (held in both, and different)");
+      comparison->not_compared.push_back(name + " (held fixed in both, at different values)");
     }
     return true;
   });

@@ -119,7 +119,7 @@ ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
     }
     if (is_sensitivity || (entry && entry->kind == ParameterKind::kGSensitivity)) {
       const std::string group =
-          names[i].substr(0, names[i].rfind('.')) + " (of another body frame)";
+          names[i].substr(0, names[i].rfind('.')) + " (in different body frames)";
       if (std::find(left_out->begin(), left_out->end(), group) == left_out->end()) {
         left_out->push_back(group);
       }

@@ -132,7 +132,7 @@ Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor,
     return Error(ErrorCode::kDoesNotMatch,
                  {poses.source},
                  "the calibration follows the temperature with a lag, and rests alone do "
-                 "not tell what the temperature was before; evaluate it with "
+                 "not show the temperature before them; evaluate it with "
                  "`--poses=sweep` on a recording in one attitude");
   }
   TemperatureFilter filter(*sensor.thermal);

@@ -80,10 +80,10 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
              FindingCode::kStatedOtherwise,
              Format("the dip was stated as %.6g", *dip.value / kRadPerDeg) +
                  (dip.sigma > 0.0 ? Format(" ± %.2g", dip.sigma / kRadPerDeg) : "") +
-                 Format(" deg, but the readings say %.6g", freed.shared[freed_at] / kRadPerDeg) +
+                 Format(" deg, but the readings give %.6g", freed.shared[freed_at] / kRadPerDeg) +
                  Format(" ± %.2g deg", std::sqrt(variance) / kRadPerDeg),
-             "leave `dip_deg` out, or state how well it is known (`{ value, sigma }`): iron "
-             "nearby changes what a map says")
+             "leave `dip_deg` out, or state how well it is known (`{ value, sigma }`): "
+             "nearby iron makes it differ from a map")
       .As(Severity::kRefusal)
       .About(Triad::kMagnetometer)
       .With("dip", freed.shared[freed_at] / kRadPerDeg, "deg")
@@ -180,7 +180,7 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
 
 Finding NotOneAngle(const Pairs& pairs) {
   return Finding(FindingCode::kUnexplainedReadings,
-                 "the angle between gravity and field is another from pose to pose, by " +
+                 "the angle between gravity and field differs from pose to pose by " +
                      Format("%.2g deg (RMS): ", std::asin(std::min(1.0, pairs.rms)) / kRadPerDeg) +
                      "readings of the two sensors do not belong together, or the field changed",
                  "look for rows of one sensor that are late or out of order, and for iron nearby")
@@ -241,9 +241,9 @@ std::optional<Finding> FindRivalAlignment(const CalibrateOptions& options,
     if (!Acts(Mechanism::kRivalAlignment)) continue;
     return Finding(FindingCode::kAlignmentUndetermined,
                    "the " + std::to_string(pairs.ups.size()) +
-                       " poses with both sensors do not tell how they stand to each other: " +
-                       Format("turned by %.3g deg, the ", angle_rad / kRadPerDeg) +
-                       std::string(TriadName(turned)) + " explains all poses as well",
+                       " poses with both sensors do not determine the rotation between them: " +
+                       Format("rotated by %.3g deg, the ", angle_rad / kRadPerDeg) +
+                       std::string(TriadName(turned)) + " fits all poses equally well",
                    pairs.ups.size() < kEnoughPairs
                        ? "record 8 or more poses with both sensors, in different attitudes"
                        : "record poses with both sensors in more different attitudes")

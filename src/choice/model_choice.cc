@@ -292,8 +292,8 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
       summary->calibration.findings.push_back(
           Finding(
               FindingCode::kChoiceNotMade,
-              Format("`auto`: %.0f residual degrees of freedom are too few to weigh models; the "
-                     "largest that the poses determine was taken, without higher terms",
+              Format("`auto`: %.0f residual degrees of freedom are too few to compare models; the "
+                     "largest model that the poses determine was taken, without higher terms",
                      quality.dof))
               .With("degrees_of_freedom", quality.dof));
     }
@@ -313,8 +313,8 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
   if (!missing.empty()) {
     summary->calibration.findings.emplace_back(
         FindingCode::kTermsNotWeighed,
-        "`auto`: not weighed, since the poses do not determine it or leave too little to judge it "
-        "by: " +
+        "`auto`: these terms were not tested, since the poses do not determine them or leave too "
+        "few degrees of freedom: " +
             missing);
   }
   summary->calibration.quality.rests.model_steps = std::move(steps);

@@ -109,7 +109,7 @@ void LimitFields(Visit& visit, Limit& limit) {
   if (visit.Shows(std::isfinite(limit.upper))) visit("upper", limit.upper, kAnyNumber);
   if (visit.Shows(limit.if_present)) visit("if_present", limit.if_present, Flag());
   visit.Expect(std::isfinite(limit.lower) || std::isfinite(limit.upper),
-               "has no limit; expected lower, upper, or both");
+               "has neither lower nor upper; give one or both");
   const double target = limit.target.value_or(limit.lower);
   visit.Expect(limit.lower <= target && target <= limit.upper, "expected lower <= target <= upper");
 }

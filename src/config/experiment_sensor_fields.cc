@@ -92,10 +92,10 @@ void NonlinearityFields(Visit& visit,
       scales.begin(), scales.end(), [&](const auto& scale) { return visit.Has(scale.key); });
   visit("percent_of_full_scale", nonlinearity.percent_of_full_scale, percent);
   visit(scales, nonlinearity.full_scale, kPositive);
-  visit.Expect(before || (has_percent && has_scale),
-               "`" + (has_percent ? scales.front().key : "percent_of_full_scale") +
-                   "` is missing; a data sheet states the non-linearity in percent of the end of "
-                   "the range, of which both are needed");
+  visit.Expect(
+      before || (has_percent && has_scale),
+      "`" + (has_percent ? scales.front().key : "percent_of_full_scale") +
+          "` is missing; both the percentage and the full scale of the data sheet are needed");
 }
 
 template <typename Visit>

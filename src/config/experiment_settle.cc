@@ -203,7 +203,8 @@ std::vector<Rule> ReferenceRules(const Draft& draft) {
   return {{draft.field_site == FieldSite::kClean && !experiment.earth_field &&
                !(draft.strength_ut.value && draft.dip_deg.value),
            "reference.field",
-           "`site: clean` needs the field at the position, but " + experiment.no_earth_field},
+           "`site: clean` takes the field from the model of the Earth's field, but " +
+               experiment.no_earth_field},
           {lacks_value(draft.strength_ut),
            "reference.field.strength_ut",
            "has a sigma but no value; add `value:`"},
@@ -242,11 +243,11 @@ std::vector<Rule> SensorRules(const Draft& draft, Triad triad) {
       {is_sweep && sensor.prior, name + ".prior", "has no effect on a sweep; remove it"},
       {is_sweep && sensor.nonlinearity,
        name + ".nonlinearity",
-       "a sweep does not estimate the sensitivity, so nothing is widened by it; remove it, and "
-       "state it for the calibration at one temperature"},
+       "has no effect on a sweep, which does not estimate the sensitivity; state it in the "
+       "experiment of the static calibration instead"},
       {is_sweep && (sensor.noise_sigma_raw || sensor.allan || sensor.excess == ExcessNoise::kGiven),
        name + ".noise",
-       "the noise of a sweep comes from its windows; remove it"}};
+       "has no effect on a sweep, which estimates the noise from its windows; remove it"}};
 }
 
 std::vector<Rule> PoseRules(const Draft& draft) {
@@ -262,10 +263,12 @@ std::vector<Rule> PoseRules(const Draft& draft) {
        "remove them"},
       {(is_motion || is_sweep) && !experiment.exclude_poses.empty(),
        "exclude_poses",
-       "motion and a sweep have no poses with numbers; use `exclude:`"},
+       "applies only to numbered poses, which motion and sweeps lack; exclude times with "
+       "`exclude:`"},
       {is_motion && !options.corrects_clocks,
        "clocks",
-       "a motion is followed with the clocks that it shows; remove `as_stated`"},
+       "`as_stated` cannot be combined with motion, which needs estimated clock offsets; remove "
+       "it"},
       {is_motion && has_motions,
        motions,
        "turns: and rates: need rests and cannot be combined with `poses: { motion: {} }`; "

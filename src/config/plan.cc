@@ -86,9 +86,10 @@ void PlanFields(FieldReader& visit, PlanConfig* plan) {
   visit("random", options.random_draws, Range{0, 10000, "0 to 10000 draws"});
   visit("start", plan->from_recording, kPlanStarts);
   visit("rest_s", options.rest_s, kPositive);
-  visit("turn_s",
-        options.turn_s,
-        Range{kPositive.lowest, 300.0, "up to 300 s, the longest turn that calibration uses"});
+  visit(
+      "turn_s",
+      options.turn_s,
+      Range{kPositive.lowest, 300.0, "a duration up to 300 s (calibration uses no longer turns)"});
   visit(InDegrees("turn_sigma_deg"), options.turn_sigma_rad, kNotNegative);
   visit("seed", options.seed, Seed());
   visit.Map("nominal", [&](FieldReader& nominal) { NominalFields(nominal, plan); });

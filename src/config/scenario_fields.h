@@ -12,8 +12,8 @@
 
 namespace truetriad {
 
-/// What the documents of a scenario state about one sensor, in true units. It is converted to
-/// readings when all have been read.
+/// What the documents of a scenario state about one sensor, in units of the measured quantity (SI,
+/// µT). It is converted to raw units once all documents are read.
 struct ScenarioSensor {
   Unit unit;
   std::optional<double> si_per_count;

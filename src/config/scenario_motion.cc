@@ -104,8 +104,8 @@ void StepFields(FieldReader& visit, const std::string& file, PosesStep& step) {
   const bool is_too_many = once.size() * static_cast<std::size_t>(rounds) > kMaxPoses;
   visit.Expect(!is_too_many,
                std::to_string(rounds) + " rounds of " + std::to_string(once.size()) +
-                   " poses are too many; expected at most " + std::to_string(kMaxPoses) +
-                   " poses in all",
+                   " poses are too many; at most " + std::to_string(kMaxPoses) +
+                   " poses in all are allowed",
                "rounds");
   for (int i = 1; i < rounds && !is_too_many; ++i) {
     step.poses.insert(step.poses.end(), once.begin(), once.end());

@@ -60,7 +60,7 @@ void ThermalFields(FieldReader& visit, Triad triad, ThermalTerms& terms) {
     const bool has_scale = visit(ShareKeys("scale", kOrders[i]), scale, kEach);
     const bool has_matrix = visit(ShareKeys("matrix", kOrders[i]), matrix, kNumbers);
     visit.Expect(!(has_scale && has_matrix),
-                 "scale and matrix of one order say the same; keep one");
+                 "a scale and a matrix of the same order are stated; keep one");
     if (has_scale) matrix = scale.asDiagonal();
     if (has_scale || has_matrix) TermOf(terms.sensitivity, i) = matrix;
   }
@@ -122,7 +122,8 @@ void NoiseFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
   if (has_density) sensor.sample_sigma.reset();
   const bool has_sigma =
       visit(TriadKeys("sample_sigma", triad), sensor.sample_sigma, kEachNotNegative);
-  visit.Expect(!(has_density && has_sigma), "a density and a sample_sigma say the same; keep one");
+  visit.Expect(!(has_density && has_sigma),
+               "a density and a sample_sigma both state the white noise; keep one");
   visit(TriadKeys("bias_instability", triad), noise.instability_sigma, kEachNotNegative);
   visit("correlation_time_s", noise.correlation_time_s, kPositive);
   visit(RandomWalkKeys(triad), noise.random_walk, kEachNotNegative);

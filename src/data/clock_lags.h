@@ -51,8 +51,9 @@ class ClockLagFinder {
 /// The triad whose clock is the reference: the gyroscope, or without one the accelerometer.
 Triad ClockReference(const PoseSet& set);
 
-/// Finds the triads whose times are wrong by 0.25 s or more; the remedy is one block of
-/// configuration for all of them. `set` needs its streams and the offsets already subtracted.
+/// Finds the triads whose times are wrong by 0.25 s or more and sets their set->clock_lag_s. The
+/// remedy is one block of configuration, which corrects all these triads. `set` must have
+/// `streams`, and in `time_offset_s` the offsets that were subtracted already.
 Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set);
 
 }  // namespace truetriad

@@ -29,15 +29,15 @@ double ExpectedRange(const StreamInfo& info) {
   return info.si_per_count ? kStandardGravityMps2 / std::abs(*info.si_per_count) : 0.0;
 }
 
-// The motion as text: " (over it the gyroscope's readings spread over 3.2 rad/s)".
+// The motion as text: " (readings range: gyroscope 3.2 rad/s)".
 std::string MotionSeen(const PoseSet& set) {
   std::string seen;
   for (const Triad triad : {Triad::kGyroscope, Triad::kAccelerometer, Triad::kMagnetometer}) {
     const StreamSummary* stream = set.Find(triad);
     if (stream == nullptr || stream->samples == 0) continue;
     const double range = (stream->maximum_raw - stream->minimum_raw).maxCoeff();
-    seen += (seen.empty() ? " (over it the " : ", the ") + std::string(TriadName(triad)) +
-            Format("'s readings spread over %.3g ", range) + stream->unit.name;
+    seen += (seen.empty() ? " (readings range: " : ", ") + std::string(TriadName(triad)) +
+            Format(" %.3g ", range) + stream->unit.name;
   }
   return seen.empty() ? seen : seen + ")";
 }
@@ -87,8 +87,8 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
               Format("; expected poses with the unit still for at least %g s",
                      options_.min_duration_s),
           too_fast +
-              "hold each pose longer, or state the poses (`poses: every_row` where each row is "
-              "one); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
+              "hold each pose longer, or state the poses (`poses: every_row` if each row is a "
+              "pose); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
               std::string(
                   has_both ? "" : ", which needs the gyroscope, and accelerometer or magnetometer"))
           .With("duration", set.duration_s, "s")

@@ -71,8 +71,8 @@ Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
     return ErrorIn(ErrorCode::kNotInRecording,
                    ranges_[i].stated_in,
                    "no reading of " + info.path +
-                       " lies in it, or another range has them already; expected seconds from "
-                       "the recording's first sample");
+                       " lies in this range, or other ranges already leave out all that do; "
+                       "expected seconds from the recording's first sample");
   }
   findings->push_back(Finding(FindingCode::kExcluded,
                               Format("%.0f readings", readings) + Format(" in %.6g s", seconds) +
@@ -238,16 +238,16 @@ void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
   summary->are_stamps_even = stream.judgement == Judgement::kEven;
   if (stream.kind == StampKind::kRegular && !summary->are_stamps_even) return;
   if (!summary->are_stamps_even && stream.are_true) return;
-  const std::string what = std::string(TriadName(summary->triad)) + ": time stamps are " +
-                           std::string(StampKindName(stream.kind)) + " (" +
-                           RoundedText(1e3 * summary->jitter_s, 3) + " ms RMS off even times at " +
-                           RoundedText(summary->rate_hz, 5) + " Hz)";
+  const std::string what =
+      std::string(TriadName(summary->triad)) + ": time stamps are " +
+      std::string(StampKindName(stream.kind)) + " (" + RoundedText(1e3 * summary->jitter_s, 3) +
+      " ms RMS from even spacing at " + RoundedText(summary->rate_hz, 5) + " Hz)";
   Finding finding = summary->are_stamps_even
                         ? Finding(FindingCode::kEvenTimes,
                                   what + "; samples are taken to be evenly spaced instead")
                         : Finding(FindingCode::kUnevenTimes,
                                   what + ", and are used as they are",
-                                  "let the sensor's own clock stamp them");
+                                  "stamp samples by the sensor's own clock");
   findings->push_back(finding.About(summary->triad)
                           .With("jitter", summary->jitter_s, "s")
                           .With("rate", summary->rate_hz, "Hz"));

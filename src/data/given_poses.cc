@@ -52,13 +52,13 @@ Status GivenPoses::Validate() const {
     const bool follows = i > 0 ? Begin(i) > End(i - 1) : IsByTime() || Begin(i) >= 0;
     if (follows && End(i) >= Begin(i)) continue;
     if (IsByTime()) {
-      return Error(
-          ErrorCode::kInvalidValue,
-          Spoken(i) + " overlaps with " + Spoken(i - 1) + "; expected times without overlap");
+      return Error(ErrorCode::kInvalidValue,
+                   Spoken(i) + " does not begin after the end of " + Spoken(i - 1) +
+                       "; expected times without overlap");
     }
     return Error(ErrorCode::kInvalidValue,
                  Spoken(i) + " is not a range" +
-                     (i == 0 ? "" : " after row " + std::to_string(End(i - 1))) +
+                     (i == 0 ? "" : " that begins after row " + std::to_string(End(i - 1))) +
                      "; expected first <= last, both 0-based, in file order, without overlap");
   }
   return {};
@@ -271,12 +271,12 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
     // A range mostly beyond the end is of another recording; a slow sensor may end a bit early.
     const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
     if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
-    return Error(ErrorCode::kNotInRecording,
-                 Spoken(i) + " has " + (range_used_[i] ? "few readings" : "no reading") +
-                     " of the " + std::string(TriadName(leading_)) + "; " +
-                     info_.Find(leading_)->file +
-                     (IsByTime() ? " ends at " + SecondsText(last) + " s"
-                                 : " has data rows 0 to " + std::to_string(last)));
+    return Error(
+        ErrorCode::kNotInRecording,
+        Spoken(i) + (range_used_[i] ? " lies mostly beyond the last reading" : " has no reading") +
+            " of the " + std::string(TriadName(leading_)) + "; " + info_.Find(leading_)->file +
+            (IsByTime() ? " ends at " + SecondsText(last) + " s"
+                        : " has data rows 0 to " + std::to_string(last)));
   }
   // A last block of less than half the rows is no pose: its mean would be worth much less.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&

@@ -16,7 +16,7 @@ namespace {
 
 // Chosen: eight rows before an error word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
-// The rows searched for the eight after it, so that two of three may be words as well.
+// Rows that are searched for eight good ones after a word: two of three may be words, too.
 constexpr std::size_t kAhead = 24;
 // The most rows held back while a word lasts: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;
@@ -282,7 +282,7 @@ std::optional<Finding> RowScreen::Left() const {
   std::int64_t total = 0;
   std::string kinds;
   const std::array<std::string, kKinds> words = {
-      "read 0, 0, 0", "hold a word that stands for no reading", "are absurd"};
+      "read 0, 0, 0", "hold an error code", "are implausibly large"};
   for (std::size_t kind = 0; kind < kKinds; ++kind) {
     if (left_[kind] == 0) continue;
     total += left_[kind];

@@ -196,8 +196,9 @@ double SecondsAt(const PoseSet& set, std::int64_t time_ns) {
 }
 
 std::string WhatIsSeen(const FoundJoint& joint) {
-  return Format("gravity turns by %.0f deg at once, ", kDegPerRad * joint.turned_rad) +
-         Format("the gyroscope by at most %.0f", kDegPerRad * joint.counted_rad);
+  return Format("gravity turns by at least %.0f deg there, but ", kDegPerRad * joint.turned_rad) +
+         Format("the gyroscope's rates integrate to at most %.0f deg",
+                kDegPerRad * joint.counted_rad);
 }
 
 Finding FindingAt(const PoseSet& set, std::int64_t time_ns, std::int64_t row, std::string seen) {

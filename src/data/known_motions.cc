@@ -27,6 +27,15 @@ Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& s
                      "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
 }
 
+Error NoRestAfter(const MotionPlace& at, const PoseSet& set) {
+  return ErrorIn(ErrorCode::kNotInRecording,
+                 (at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source,
+                 "a turn is stated after pose " + std::to_string(at.pose) +
+                     ", but no rest follows it (" + set.how +
+                     "; `truetriad inspect` lists the rests); give the pose before the turn, or "
+                     "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
+}
+
 // Error: the log does not contain the whole turn.
 Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const PoseSet& set) {
   const std::string where = at.stated_in.empty() ? "turns" : at.stated_in;
@@ -34,7 +43,7 @@ Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const P
     if (at.rows.last <= recorder.last_row()) return {};
     return ErrorIn(ErrorCode::kNotInRecording,
                    where,
-                   "a turn takes rows " + std::to_string(at.rows.first) + " to " +
+                   "a turn is stated for rows " + std::to_string(at.rows.first) + " to " +
                        std::to_string(at.rows.last) + ", but the last row with readings of " +
                        set.source + " is " + std::to_string(recorder.last_row()) +
                        "; rows count from 0, without the header");
@@ -45,8 +54,8 @@ Status CheckIsInLog(const MotionPlace& at, const MoveRecorder& recorder, const P
   };
   return ErrorIn(ErrorCode::kNotInRecording,
                  where,
-                 "a turn takes " + seconds(at.times.start_ns) + " to " + seconds(at.times.end_ns) +
-                     " s, but " + set.source + " has readings from " +
+                 "a turn is stated for " + seconds(at.times.start_ns) + " to " +
+                     seconds(at.times.end_ns) + " s, but " + set.source + " has readings from " +
                      seconds(recorder.first_ns()) + " to " + seconds(recorder.last_ns()) + " s");
 }
 
@@ -296,7 +305,8 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
     }
     const auto pose = FindPose(stated.at.pose, &set->poses);
     const auto from = static_cast<std::size_t>(pose - set->poses.begin());
-    if (from + 1 >= set->poses.size()) return NoSuchPose("turns", stated.at, *set);
+    if (pose == set->poses.end()) return NoSuchPose("turns", stated.at, *set);
+    if (from + 1 >= set->poses.size()) return NoRestAfter(stated.at, *set);
     if (from < set->moves.size()) turn.move = set->moves[from];
   }
   RejectCutTurns(set);

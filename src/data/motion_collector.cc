@@ -233,7 +233,7 @@ class MotionCollector : public Collector {
            FindingCode::kReadingsLeftOut,
            screen.replaced,
            "readings",
-           "are left out, since they are far from their neighbours (spikes)");
+           "are replaced by interpolation, since they are far from their neighbours (spikes)");
     }
     return {};
   }

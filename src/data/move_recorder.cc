@@ -198,8 +198,8 @@ std::vector<RecordedMove> MoveRecorder::Moves(const PoseSet& set) const {
       move.from = i;
       const double duration_s = 1e-9 * static_cast<double>(duration_ns);
       move.fault = Finding(FindingCode::kTurnTooLong,
-                           "it takes " + Seconds(duration_s) + ", more than the longest turn of " +
-                               Seconds(kLongestMoveS))
+                           "it takes " + Seconds(duration_s) +
+                               ", but turns are integrated over at most " + Seconds(kLongestMoveS))
                        .With("duration", duration_s, "s");
       continue;
     }

@@ -61,7 +61,7 @@ Status CheckTimeOffsets(const RecordingInfo& info, const PoseSelection& selectio
   for (const Triad triad : kTriads) {
     if (selection.time_offset_s[triad] == 0.0 || info.has_time) continue;
     return NoTime(info,
-                  "a time offset of the " + std::string(TriadName(triad)) + " says nothing",
+                  "a time offset of the " + std::string(TriadName(triad)) + " has no effect",
                   ", or remove `time_offset_s`");
   }
   return {};

@@ -128,7 +128,7 @@ void LeaveOutRepeats(PoseSet* set) {
   Finding finding(FindingCode::kRepeatedRows,
                   Counted(static_cast<std::int64_t>(repeats), "reading") +
                       " repeat the row before to the last digit, and count once: the log is faster "
-                      "than the sensor, or that is stuck");
+                      "than the sensor, or the sensor is stuck");
   // Fewer than half are a note only, since a coarse sensor repeats by chance.
   if (2.0 * repeats < all) finding.As(Severity::kNote);
   set->findings.push_back(finding.With("rows", repeats));

@@ -155,8 +155,9 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
             FindingCode::kMovingReadings,
             std::string(TriadName(triad)) + ": readings change within " +
                 std::to_string(moving.size()) + " of " + std::to_string(rests.known) + " rests, " +
-                Format("by up to %.2g ", rests.largest_raw) + unit + ", while the " +
-                std::string(TriadName(still)) + " is still; skipped for these poses (" +
+                Format("by up to %.2g ", rests.largest_raw) + unit + ", while those of the " +
+                std::string(TriadName(still)) + " do not; the " + std::string(TriadName(triad)) +
+                "'s readings in these poses are skipped (" +
                 Named(moving.size(), [&](auto k) { return std::to_string(moving[k]->number); }) +
                 ")")
             .About(triad)

@@ -24,8 +24,9 @@ constexpr double kTurningRadps = 0.1;
 constexpr double kMostTurning = 0.05;  // Chosen, of the rows: accidents disturb fewer.
 
 constexpr const char* kRemedy =
-    "Add `time[s]`, or state its rate in a manifest (`time: {unit: samples, rate_hz: 100}`); if "
-    "each row is a rest all the same, state `poses: every_row` in an experiment (`-c`)";
+    "Add a column `time[s]`, or state the sampling rate in a manifest (`time: {unit: samples, "
+    "rate_hz: 100}`); if each row is a rest nevertheless, state `poses: every_row` in an "
+    "experiment (`-c`)";
 
 // Whether any row has a covariance, a name, a face or an attitude.
 bool AreNamed(const PoseSet& poses) {
@@ -60,8 +61,8 @@ Status RejectTurningRows(const PoseSet& poses) {
   return Error(ErrorCode::kMissingTime,
                {poses.source},
                "has no time column, so each of its " + std::to_string(rows) +
-                   " rows would be a rest; but the gyroscope turns in " + std::to_string(turning) +
-                   " of them. " + kRemedy);
+                   " rows would be a rest; but the gyroscope shows rotation in " +
+                   std::to_string(turning) + " of them. " + kRemedy);
 }
 
 // True also if one of the poses has no reading.

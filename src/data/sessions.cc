@@ -78,9 +78,8 @@ Status CheckSameMount(const PoseSet& first, const PoseSet& more) {
                {more.source},
                "the magnetometer is turned against the board by (roll, pitch, yaw) " + text(more) +
                    ", but by " + text(first) + " in " + first.sessions.front().source +
-                   ": the vehicle's rotation of it, or of the board, was changed in between; "
-                   "calibrate "
-                   "each by itself")
+                   ": the vehicle's setting for the rotation of the magnetometer, or of the board, "
+                   "was changed in between; calibrate each recording by itself")
       .About("streams.magnetometer");
 }
 
@@ -96,11 +95,12 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
   for (const Triad triad : kTriads) {
     const auto &id = first.tags.device_ids[triad], &other = more.tags.device_ids[triad];
     if (!id || !other || *id == *other) continue;
-    return Error(ErrorCode::kOtherDevice,
-                 {more.source},
-                 "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*other) +
-                     ", but " + source + " is of " + std::to_string(*id) +
-                     "; sessions are of the same sensors: calibrate each by itself");
+    return Error(
+        ErrorCode::kOtherDevice,
+        {more.source},
+        "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*other) + ", but " +
+            source + " is of " + std::to_string(*id) +
+            "; all sessions must be of the same sensors: calibrate each recording by itself");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckSameMount(first, more));
   if (first.has_time != more.has_time) {
@@ -180,9 +180,9 @@ void TakePlacesOf(const PoseSet& more, PoseSet* set) {
   if (!has_changed) return;
   set->findings.push_back(
       Finding(FindingCode::kMessage,
-              "the vehicle's parameters of these sensors have other numbers in " +
-                  ShortName(more.source) + " than before; exports take those of the last log",
-              "give logs in the order of time")
+              "the vehicle numbers these sensors differently in " + ShortName(more.source) +
+                  " than in earlier logs; exports take the numbers of the last log",
+              "give the logs in the order in which they were recorded")
           .As(Severity::kWarning));
 }
 

@@ -32,7 +32,7 @@ struct DetectorTriad {
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();
   /// The least change of the reading when the unit is turned over; 0: the scale is unknown.
   double expected_range_raw = 0.0;
-  /// SI per reading; 0 when unknown (counts).
+  /// SI units per raw unit; 0: unknown, as of counts.
   double si_per_raw = 0.0;
 };
 

@@ -384,9 +384,10 @@ void StuckFinder::Tell(Findings* findings) const {
   }
   const auto more = stretch_count_ - static_cast<std::int64_t>(stretches_.size());
   if (more > 0) {
-    findings->push_back(Finding(FindingCode::kStuckReadings,
-                                "and " + std::to_string(more) + " more times with a stuck sensor")
-                            .With("stretches", static_cast<double>(more)));
+    findings->push_back(
+        Finding(FindingCode::kStuckReadings,
+                "sensors are stuck in " + Counted(more, "more interval") + "; skipped")
+            .With("stretches", static_cast<double>(more)));
   }
 }
 
@@ -512,7 +513,7 @@ Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
                  {set->source},
                  share +
                      (clipped.poses.empty()
-                          ? "useless (" + stuck.words + "); check the sensor and its bus"
+                          ? "unusable (" + stuck.words + "); check the sensor and its bus"
                           : "clipped (" + clipped.words + "); set a larger full-scale range") +
                      " and record again");
   }

@@ -356,7 +356,7 @@ void SweepCutter::LeaveOutStuckTemperature(PoseSet* set) {
     set->findings.push_back(Finding(FindingCode::kStuckReadings,
                                     "the thermometer repeats " + Fixed1(degc[begin]) +
                                         " degC from " + Fixed1(from_s) + " to " + Fixed1(to_s) +
-                                        " s, and then jumps; skipped")
+                                        " s and then jumps; this interval is skipped")
                                 .With("from", from_s, "s")
                                 .With("to", to_s, "s"));
     for (std::size_t i = begin; i < end; ++i) cells_[i].degc_count = 0;

@@ -75,7 +75,7 @@ class StampWatch {
  public:
   /// Whether the next stamps are even enough to be used as they are.
   bool AreEven(std::span<const std::int64_t> stamps_ns);
-  /// RMS about the lines.
+  /// RMS of stamp − line, s.
   double jitter_s() const;
 
  private:

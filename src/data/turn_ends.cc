@@ -151,12 +151,13 @@ void RejectCutTurns(PoseSet* set) {
       const double missing_rad = MissingAngle((*ends)[is_last ? 1 : 0], rest_raw, rad_per_raw);
       if (!(missing_rad > kMissingSigmas * turn.stated.sigma_rad)) continue;
       if (!Acts(Mechanism::kTurnCut)) continue;
-      turn.move.fault = Finding(FindingCode::kTurnCut,
-                                std::string("it ") + (is_last ? "ends" : "begins") +
-                                    Format(" while the unit still turns, with some %.2g deg of it ",
-                                           missing_rad * kDegPerRad) +
-                                    (is_last ? "after" : "before") + " its rows")
-                            .With("missing", missing_rad * kDegPerRad, "deg");
+      turn.move.fault =
+          Finding(FindingCode::kTurnCut,
+                  std::string("it ") + (is_last ? "ends" : "begins") +
+                      Format(" while the unit still turns: about %.2g deg of the turn are ",
+                             missing_rad * kDegPerRad) +
+                      (is_last ? "after its stated end" : "before its stated start"))
+              .With("missing", missing_rad * kDegPerRad, "deg");
       most_rad = std::max(most_rad, missing_rad);
     }
     cut += turn.move.fault ? 1 : 0;
@@ -166,8 +167,8 @@ void RejectCutTurns(PoseSet* set) {
       Finding(FindingCode::kTurnCut,
               "of " + std::to_string(set->turns.size()) + " known turns " + std::to_string(cut) +
                   (cut == 1 ? " is" : " are") +
-                  " left out, as rows or times begin or end while the unit still turns" +
-                  Format(", with some %.2g deg outside", most_rad * kDegPerRad))
+                  " left out, as the stated rows or times begin or end while the unit still turns" +
+                  Format(": up to about %.2g deg of a turn are outside", most_rad * kDegPerRad))
           .About(Triad::kGyroscope)
           .With("turns", static_cast<double>(cut))
           .With("missing", most_rad * kDegPerRad, "deg"));

@@ -97,10 +97,11 @@ void AddedColumns::Append(const FaultColumn& column,
   }
 }
 
-FaultSystem::FaultSystem(const PoseGraph& graph,
+FaultSystem::FaultSystem(const ReducedSystem& system,
+                         const PoseGraph& graph,
                          std::vector<NoiseComponent> components,
                          Eigen::Index most_dense_rows)
-    : ReducedSystem(graph), components_(std::move(components)), most_dense_rows_(most_dense_rows) {
+    : ReducedSystem(system), components_(std::move(components)), most_dense_rows_(most_dense_rows) {
   TakeIn(graph, {});
 }
 

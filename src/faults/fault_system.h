@@ -61,8 +61,9 @@ class FaultSystem : public ReducedSystem {
   // 64 poses of fifteen rows have 960 rows, and P has 8 MB. With more rows, P is not formed.
   static constexpr Eigen::Index kMostDenseRows = 1024;
 
-  // Components that are not listed have no estimated excess.
-  FaultSystem(const PoseGraph& graph,
+  // `system`: of the graph. Components that are not in `components` have no estimated excess.
+  FaultSystem(const ReducedSystem& system,
+              const PoseGraph& graph,
               std::vector<NoiseComponent> components,
               Eigen::Index most_dense_rows = kMostDenseRows);
 

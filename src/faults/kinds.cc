@@ -19,23 +19,23 @@ constexpr std::initializer_list<Triad> kBesideM = {kA, kG};
 
 constexpr std::string_view kAddTerm = "add the term to the sensor's `model:` and calibrate again";
 constexpr std::string_view kNoTerm =
-    "no term of the model has it: use the sensor over a smaller range, or replace it";
-constexpr std::string_view kWarm = "let the unit warm up, or log its temperature, and record anew";
-constexpr std::string_view kThermal = "add temperature terms to the sensor's `model:`";
+    "the sensor model has no term for this effect: use the sensor over a smaller range, or replace "
+    "it";
+constexpr std::string_view kWarm = "let the unit warm up, or log its temperature, and record again";
+constexpr std::string_view kThermal = "estimate temperature terms (`thermal:`)";
 constexpr std::string_view kSplit =
-    "record anew, or cut the recording there and state its parts as sessions";
+    "record again, or cut the recording there and state its parts as sessions";
 constexpr std::string_view kFastened =
-    "fasten the chip and what is magnetic on the board, and record anew";
-constexpr std::string_view kQuiet =
-    "keep iron, magnets and currents away while recording, and record anew";
-constexpr std::string_view kLonger = "hold each rest longer before it counts, and record anew";
+    "fasten the chip and magnetic parts of the board, and record again";
+constexpr std::string_view kQuiet = "record again, away from iron, magnets and currents";
+constexpr std::string_view kLonger =
+    "let the unit settle longer before each rest, and record again";
 constexpr std::string_view kSlower = "turn the unit more slowly, or set a wider bandwidth";
-constexpr std::string_view kAbout = "turn the unit about the sensor, or more slowly";
+constexpr std::string_view kAbout = "turn the unit about the sensor itself, or more slowly";
 constexpr std::string_view kRepeat = "repeat that pose; nothing to do if it stays the only one";
-constexpr std::string_view kTurns =
-    "turn more slowly, and let the log run without gaps while the unit is turned";
+constexpr std::string_view kTurns = "turn more slowly, without gaps in the log";
 constexpr std::string_view kForce = "calibrate with `g_sensitivity`";
-constexpr std::string_view kFull = "state the whole matrix";
+constexpr std::string_view kFull = "let the sensor's whole matrix be estimated (`model: full`)";
 
 // A term that `model:` or `g_sensitivity` can add.
 constexpr FaultKind AsParameter(ParameterKind parameter,
@@ -64,7 +64,8 @@ constexpr std::array kKinds = {
     FaultKind{"bias by specific force", kOnlyM, kByForce, kFastened},
     FaultKind{"bias by the field", kBesideM, kByField, kQuiet},
     FaultKind{"field by attitude", kOnlyM, kByAttitude, kQuiet, "uT"},
-    AsParameter(ParameterKind::kSensitivity, "matrix beyond its `model:`", kAll, kMatrix),
+    AsParameter(
+        ParameterKind::kSensitivity, "matrix entries that its `model:` leaves out", kAll, kMatrix),
     FaultKind{"bias drift", kAll, kBias, kWarm, {}, kDrift, Varies::kBias},
     FaultKind{"bias warm-up", kAll, kBias, kWarm, {}, kWarmUp, Varies::kBias},
     FaultKind{"bias with temperature", kAll, kBias, kThermal, {}, kTemperature, Varies::kBias},

@@ -12,7 +12,7 @@ namespace {
 constexpr int kCosines = 4;
 // Four poses for each cosine, or else they fit noise.
 constexpr std::size_t kFewestToWander = 4 * kCosines;
-// A warm-up falls by e^-6 over the run, as τ goes from -1 to 1.
+// A warm-up decays by a factor of e^6 over the run, as τ goes from -1 to 1.
 constexpr double kWarmUpPerTau = 3.0;
 // A change needs two poses on each side: one alone is a single pose, another kind.
 constexpr int kFewestPosesAside = 2;

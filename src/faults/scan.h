@@ -28,9 +28,9 @@ std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
 // Empty if the scene has no data for the shape: no temperature, or too few poses for kWander.
 StretchWeights WeightsOf(FaultShape shape, std::pair<int, int> position, const FaultScene& scene);
 
-// The columns of a form in every group of poses, with the sums that tests need. With Z_g of group g
-// and suffix sums, each sum over Σ w_g Z_g is one over the places where w changes: a step has two
-// of them, a window three.
+// The columns of a form in every group of poses, with the sums that tests need. Suffix sums of the
+// columns Z_g of group g turn Σ w_g Z_g into a sum over the groups where the weight w changes: two
+// for a step, three for a window.
 class ScannedForm {
  public:
   // `is_whole`: all weights will be ones.

@@ -105,7 +105,8 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
-  // A turn's rate curvature, whose noise has `of_variance` times a span's mean rate's variance.
+  // The curvature of a turn's rate. Its noise has `of_variance` times the variance of the mean rate
+  // of a span.
   struct RateBend {
     Eigen::Vector3d value;
     double of_variance = 0.0;

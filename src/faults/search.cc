@@ -93,8 +93,11 @@ std::optional<double> ShareOf(double component) {
 
 class FaultSearch {
  public:
-  FaultSearch(const std::vector<StatedFault>& stated, PoseGraph* graph, NoiseState* noise)
-      : stated_(stated), graph_(graph), noise_(noise), model_(graph, noise) {}
+  FaultSearch(const std::vector<StatedFault>& stated,
+              const ReducedSystem& system,
+              PoseGraph* graph,
+              NoiseState* noise)
+      : stated_(stated), graph_(graph), noise_(noise), model_(system, graph, noise) {}
 
   FaultFindings Run();
   // Solves until a further step is negligible; false if steps do not converge.
@@ -102,6 +105,8 @@ class FaultSearch {
   // After Run: log likelihood of all readings, with a variance of its own for each rejected one,
   // minus the log of the number of alternative faults or readings.
   double log_evidence() const { return log_evidence_; }
+  // Whether faults changed the graph that was given.
+  bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
 
  private:
   bool IsOfTemperature(const FaultKind& kind, Triad triad) const;
@@ -137,7 +142,6 @@ class FaultSearch {
   Eigen::MatrixXd SpreadOf(const Taken& taken, Eigen::Index at) const;
   void StateTaken();
   void StateCovariance();
-  bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
   double LogPriorOf(const Taken& taken) const {
     return candidates_[taken.candidate].log_level - std::log(kLevelOfRun) - 1.0;
   }
@@ -580,7 +584,9 @@ void FaultSearch::StateCovariance() {
   for (const Taken& taken : taken_) {
     const FaultKind& kind = *candidates_[taken.candidate].kind;
     if (kind.varies != Varies::kNothing) spread += SpreadOf(taken, at);
-    if (!taken.fault.is_trusted()) add(taken.per_unknown * taken.fault.h);
+    // If more faults show than can be told apart, the accepted ones may be the wrong ones.
+    const bool is_told = taken.fault.is_trusted() && !findings_.misfit.has_more_faults;
+    if (!is_told) add(taken.per_unknown * taken.fault.h);
     if (taken.by_rival.size() > 0) add(taken.by_rival);
     at += taken.fault.h.size();
   }
@@ -821,15 +827,18 @@ void Readmit(PoseGraph* graph) {
 
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
-                         NoiseState* noise) {
+                         NoiseState* noise,
+                         ReducedSystem* system) {
   const std::vector<int> left_out = LeftOut(*graph);
-  if (left_out.empty()) return FaultSearch(stated, graph, noise).Run();
-  PoseGraph all = *graph;
+  std::optional<PoseGraph> all;
+  if (!left_out.empty()) all = *graph;
   NoiseState noise_of_all = *noise;
-  FaultSearch search(stated, graph, noise);
+  FaultSearch search(stated, *system, graph, noise);
   FaultFindings found = search.Run();
-  Readmit(&all);
-  FaultSearch of_all(stated, &all, &noise_of_all);
+  if (search.HasChanged()) system->Linearise(*graph);
+  if (!all) return found;
+  Readmit(&*all);
+  FaultSearch of_all(stated, ReducedSystem(*all), &*all, &noise_of_all);
   if (!of_all.Settle()) return found;
   FaultFindings found_in_all = of_all.Run();
   // A fault of a single pose is equivalent to rejecting the pose.
@@ -842,11 +851,12 @@ FaultFindings FindFaults(const std::vector<StatedFault>& stated,
     return found;
   }
   if (log_odds > kRivalLogOdds) {
-    *graph = std::move(all);
+    *graph = *std::move(all);
     *noise = std::move(noise_of_all);
+    system->Linearise(*graph);
     return found_in_all;
   }
-  const Eigen::VectorXd apart = graph->layout.basis.transpose() * (all.shared - graph->shared);
+  const Eigen::VectorXd apart = graph->layout.basis.transpose() * (all->shared - graph->shared);
   found.beyond += apart * apart.transpose();
   for (TakenFault& fault : found_in_all.faults) {
     if (!is_more(fault)) continue;

@@ -91,12 +91,14 @@ struct FaultFindings {
 };
 
 // Tests all declared faults in a solved graph, adds the significant ones to the model, and leaves
-// the graph at its solution with them: readings are corrected by them, and `noise` is that of the
-// result. One level of 1 % per run is shared by all faults, and a fault's part by its positions.
-// Without faults the graph does not change. Rejected outliers return if faults make all readings
-// 1000 times more likely; from 1000 times less likely on, σ include the faults.
+// the graph at its solution with them: readings are corrected by the faults, and `noise` is that of
+// the result. All faults share one significance level of 1 % per run, and a fault's positions share
+// its part. Without faults the graph does not change. Rejected outliers return if faults make all
+// readings 1000 times more likely; if the odds are nearer to 1, down to 1000 times less likely, σ
+// include the faults. `system`: of the graph, before and after.
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
-                         NoiseState* noise);
+                         NoiseState* noise,
+                         ReducedSystem* system);
 
 }  // namespace truetriad

@@ -19,8 +19,8 @@ constexpr double kLeastShare = 1e-3;
 
 }  // namespace
 
-TakenModel::TakenModel(PoseGraph* graph, NoiseState* noise)
-    : graph_(graph), noise_(noise), system_(*graph, noise->estimated) {
+TakenModel::TakenModel(const ReducedSystem& system, PoseGraph* graph, NoiseState* noise)
+    : graph_(graph), noise_(noise), system_(system, *graph, noise->estimated) {
   const auto count = static_cast<Eigen::Index>(noise->estimated.size());
   excess_.v.resize(count);
   excess_.rest.resize(count);

@@ -16,7 +16,8 @@ namespace truetriad {
 // optimum, and the linear system of both.
 class TakenModel {
  public:
-  TakenModel(PoseGraph* graph, NoiseState* noise);
+  // `system`: of the graph.
+  TakenModel(const ReducedSystem& system, PoseGraph* graph, NoiseState* noise);
 
   const FaultSystem& system() const { return system_; }
   const ExcessState& excess() const { return excess_; }

@@ -27,15 +27,17 @@ std::string SizeOf(const TakenFault& fault, const std::string& unit) {
   if (fault.h.size() <= kMostInALine) {
     return ListOf(fault.h) + " ± " + ListOf(fault.sigma) + after;
   }
-  return Format("%.3g", fault.h.norm()) + Format(" ± %.2g", fault.sigma.norm()) + after + " in all";
+  return Format("%.3g", fault.h.norm()) + Format(" ± %.2g", fault.sigma.norm()) + after +
+         " (norm of all components)";
 }
 
 std::string ChanceOf(double log_p) {
   const double digits = -log_p / std::numbers::ln10;
   if (digits < 6.0) {
-    return Format("chance makes as much in one of %.0f recordings", std::exp(-log_p));
+    return Format("by chance alone, 1 of %.0f fault-free recordings shows as much",
+                  std::exp(-log_p));
   }
-  return Format("chance makes as much in one of 10^%.0f recordings", digits);
+  return Format("by chance alone, 1 of 10^%.0f fault-free recordings shows as much", digits);
 }
 
 }  // namespace
@@ -63,13 +65,14 @@ FaultWords WordsOf(const TakenFault& fault, const PerTriad<std::string>& raw_uni
   words.size =
       SizeOf(fault, kind.unit.empty() ? raw_units[fault.place.triad] : std::string(kind.unit));
   words.chance = ChanceOf(fault.log_p);
-  words.shift = Format("left in, it would move a parameter by %.1f of its σ", fault.shift_sigmas);
+  words.shift =
+      Format("left uncorrected, it would shift a parameter by up to %.1f σ", fault.shift_sigmas);
   for (const FaultPlace& rival : fault.rivals) words.rivals.push_back(WordsOf(rival));
   std::vector<std::string> poses;
   for (const int pose : fault.left_out_instead) poses.push_back(std::to_string(pose));
   if (!poses.empty()) {
-    words.rivals.push_back((poses.size() == 1 ? "pose " : "poses ") + Listed(poses) +
-                           " alone being off");
+    words.rivals.push_back("an error of " + std::string(poses.size() == 1 ? "pose " : "poses ") +
+                           Listed(poses) + " alone");
   }
   words.remedy = kind.remedy;
   return words;
@@ -83,13 +86,13 @@ std::string FaultWords::Statement() const {
 
 std::string WordsOf(const FaultNote& note) {
   return WordsOf(note.place) +
-         Format(" is neither shown nor ruled out (p = %.1g), ", std::exp(note.log_p)) +
-         Format("and would move a parameter by %.1f of its σ for each of its own", note.kappa);
+         Format(" can neither be shown nor ruled out (p = %.1g); ", std::exp(note.log_p)) +
+         Format("as large as its own σ, it would shift a parameter by %.1f σ", note.kappa);
 }
 
 std::string WordsOf(const LostRowsFound& lost) {
   return Format(
-             "turns scatter along what they turn by as if %.2g %% of the rows were lost while the "
+             "turn angles scatter as if %.2g %% of the log's rows were lost while the "
              "unit was turned; ",
              100.0 * lost.share) +
          ChanceOf(lost.log_p);
@@ -97,17 +100,15 @@ std::string WordsOf(const LostRowsFound& lost) {
 
 std::string WordsOf(const OverallMisfit& misfit) {
   if (misfit.has_more_faults) {
-    return "more faults show than can be distinguished; σ count what is left of the readings as "
-           "shared "
-           "by neighbours";
+    return "more faults are present than can be told apart; where the remaining residuals are "
+           "systematic, σ treat them as common to many poses";
   }
   if (!misfit.is_unexplained) return "";
   return Format(
-             "readings scatter from pose to pose by %.1f times their noise at rest, and none of "
-             "the "
-             "faults that are looked for explains it; σ count it ",
+             "readings scatter from pose to pose by %.1f times their noise at rest, and no tested "
+             "fault explains it; σ treat it ",
              misfit.excess_ratio) +
-         (misfit.is_systematic ? "as shared by all poses, since it follows no chance" : "as noise");
+         (misfit.is_systematic ? "as common to all poses, since it is systematic" : "as noise");
 }
 
 }  // namespace truetriad

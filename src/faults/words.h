@@ -12,8 +12,8 @@ namespace truetriad {
 struct FaultWords {
   std::string what;    // "magnetometer: bias step, from pose 12 on"
   std::string size;    // "(0.41, -0.50, 0.30) ± (0.01, 0.01, 0.01) uT"
-  std::string chance;  // "chance makes as much in one of 10^37 recordings"
-  std::string shift;   // "left in, it would move a parameter by 25 of its σ"
+  std::string chance;  // "by chance alone, 1 of 10^37 fault-free recordings shows as much"
+  std::string shift;   // "left uncorrected, it would shift a parameter by up to 25.0 σ"
   // Empty if nothing else explains the readings nearly as well.
   std::vector<std::string> rivals;
   std::string remedy;

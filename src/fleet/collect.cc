@@ -63,7 +63,7 @@ std::string ContentOf(Disposition disposition) {
 Error OtherContent(const std::string& source, const std::string& what) {
   return Error(ErrorCode::kDoesNotMatch,
                {ShownStore(source)},
-               what + " is there with another content, too; one of the two was changed");
+               what + " exists twice with different content; one of the two was changed");
 }
 
 /// Adds the source to an error, unless the error names a place itself.
@@ -82,8 +82,8 @@ Status TakePolicy(const std::optional<RetestPolicy>& stated,
   if (survey->policy && *survey->policy != policy) {
     return Error(ErrorCode::kConflictingArguments,
                  {ShownStore(name)},
-                 "of a unit's runs counts the one by `" + PolicyText(policy) + "`, and in " +
-                     survey->counted_by + " by `" + PolicyText(*survey->policy) +
+                 "its retest policy is `" + PolicyText(policy) + "`, but that of " +
+                     survey->counted_by + " is `" + PolicyText(*survey->policy) +
                      "`; collect stores of one policy (--retest-counts, --retest-most)");
   }
   survey->policy = policy;
@@ -133,7 +133,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
     if (!IsSameStore(source, target)) continue;
     return Error(ErrorCode::kConflictingArguments,
                  {ShownStore(source)},
-                 "is the store itself; name those that are to be added to it");
+                 "is the target store itself; name the stores to be added to it");
   }
   return {};
 }
@@ -147,8 +147,8 @@ Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == shards) return {};
   return Error(ErrorCode::kDoesNotMatch,
-               name + " is of shard `" + run.shard + "`, and the store is of " +
-                   std::to_string(shards) + "; it has been changed by another program");
+               name + " is of shard `" + run.shard + "`, but its store has the shard count " +
+                   std::to_string(shards) + "; the store has been changed by another program");
 }
 
 /// Calls `take` with all runs of a source of any kind.
@@ -175,10 +175,10 @@ Error Unfinished(const std::string& source, std::size_t runs) {
   return Error(ErrorCode::kDamagedFile,
                {source},
                "has " + std::to_string(runs) +
-                   " runs, and at its end no line that says these are all: `fleet run` is still "
+                   " runs, but no line at its end that confirms their number: `fleet run` is still "
                    "writing it, was ended before it was done or is of an older truetriad, or lines "
-                   "have been cut off. Run the shard again with --resume, which does what is "
-                   "missing, or collect what is there with --unfinished");
+                   "have been cut off. Run the shard again with --resume, which adds what is "
+                   "missing, or collect what it has with --unfinished");
 }
 
 /// ReadSource in batches of runs. Errors name the source.
@@ -242,9 +242,9 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
     if (survey->shards > 0 && survey->shards != shards.count) {
       return Error(ErrorCode::kConflictingArguments,
                    {ShownStore(name)},
-                   "is of " + std::to_string(shards.count) + " shards, and " + survey->said_by +
-                       " of " + std::to_string(survey->shards) +
-                       "; collect those of one fleet run");
+                   "states the shard count " + std::to_string(shards.count) + ", but " +
+                       survey->said_by + " states " + std::to_string(survey->shards) +
+                       "; collect the stores of one fleet run");
     }
     survey->shards = shards.count;
     survey->said_by = ShownStore(name);
@@ -285,7 +285,7 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   if (source) return {};
   return Error(
       source.error().code,
-      source.error().message + "; what was added stays, and to collect again adds what is missing");
+      source.error().message + "; what was added stays, and collecting again adds what is missing");
 }
 
 /// The shards of `count` that are neither in `present` nor have runs in the store.
@@ -348,20 +348,22 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Table copies, store->Query(std::string(kCopies)));
   for (const auto& row : copies.rows) {
     collected->copies.push_back("unit `" + text(row, 0) + "` (run " + text(row, 1) + ", " +
-                                text(row, 2) + ") has the readings of run " + text(row, 3) +
-                                ", which is unit `" + text(row, 4) + "`");
+                                text(row, 2) + ") has the same readings as run " + text(row, 3) +
+                                ", which belongs to unit `" + text(row, 4) + "`");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> limits,
                              store->QueryTexts(std::string(kOtherLimits)));
   std::string names;
   for (const std::string& name : limits) names += (names.empty() ? "" : ", ") + name;
-  if (!names.empty()) collected->notes.push_back("not all units have the same limits of " + names);
+  if (!names.empty()) {
+    collected->notes.push_back("not all units were judged by the same limits of " + names);
+  }
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
-    collected->notes.push_back(text(row, 0) + ": the decision of " + text(row, 2) + " (" +
-                               text(row, 1) + ": " + text(row, 3) + ") does not hold for run " +
-                               text(row, 4) +
-                               ", which counts, and is of another recording or by other limits");
+    collected->notes.push_back(
+        text(row, 0) + ": the decision of " + text(row, 2) + " (" + text(row, 1) + ": " +
+        text(row, 3) + ") does not hold for the current run " + text(row, 4) +
+        ", which is of another recording, misses other limits or has no result");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overruled,
                              store->QueryTexts(std::string(kOverruled)));

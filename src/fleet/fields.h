@@ -200,7 +200,7 @@ auto FromLine(std::string_view line, Read read) -> Result<decltype(read(Json()))
     return read(Json::parse(line));
   } catch (const std::exception& failure) {
     return Error(ErrorCode::kWrongFormat,
-                 std::string("is no line of a fleet's run: ") + failure.what());
+                 std::string("is not a valid record of a fleet run: ") + failure.what());
   }
 }
 

@@ -28,8 +28,8 @@
 #include "io/whole_file.h"
 #include "io/yaml_reader.h"
 #include "line/line_data.h"
-#include "report/table.h"
 #include "report/svg.h"
+#include "report/table.h"
 #include "truetriad/base/version.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/model/limits.h"
@@ -432,7 +432,7 @@ Status CheckIndex(const std::string& index) {
   if (text && text->find(kDataScript) != std::string::npos) return {};
   return Error(ErrorCode::kOutputInTheWay,
                {index},
-               "is none that `fleet report` has written; name another folder for the page");
+               "was not written by `fleet report`; name another folder for the page");
 }
 
 std::string PageHtml(const FleetPageSummary& page) {

@@ -34,7 +34,7 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
                                               const std::string& station,
                                               double age_s) {
   const std::string remedy =
-      "; measure it and run check-station with --store and --tag=station=" + station;
+      "; measure the golden unit and run check-station with --store and --tag=station=" + station;
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks,
                              store.LastStationChecks(station));
   if (checks.empty()) {
@@ -49,22 +49,22 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
     const GoldenState state = GoldenStateOf(check, now_s, age_s);
     if (state == GoldenState::kDisagrees) {
       return std::optional("station " + station + " did not agree with " + recorded(check) +
-                           ", nor has since" + remedy +
-                           "; where that golden unit is broken or retired, give the station "
+                           ", and has not agreed since" + remedy +
+                           "; if that golden unit is broken or retired, give the station "
                            "another name");
     }
     if (state == GoldenState::kToCome) {
       return std::optional("station " + station + " has a check of " + recorded(check) +
                            ", which is " + HoursText(line::SecondsOf(check.recorded) - now_s) +
-                           " from now: a clock is or was wrong" + remedy);
+                           " in the future: a clock is or was wrong" + remedy);
     }
     has_good = has_good || state == GoldenState::kGood;
   }
   if (has_good) return std::optional<std::string>();
   const double last_s = line::SecondsOf(checks.back().recorded);
   return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
-                       ", " + HoursText(now_s - last_s) + " ago, and may be " + HoursText(age_s) +
-                       " old" + remedy);
+                       ", " + HoursText(now_s - last_s) + " ago, but a check may be at most " +
+                       HoursText(age_s) + " old" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -79,9 +79,9 @@ namespace {
 Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy) {
   return Error(ErrorCode::kOtherDevice,
                {run.log},
-               "has the readings of " + other.log + ", which is unit `" + other.serial +
-                   "`, and not of `" + run.serial +
-                   "`: a copy of it, or one serial number is wrong; " + remedy);
+               "has the same readings as " + other.log + " of unit `" + other.serial +
+                   "`, but is stated to be of unit `" + run.serial +
+                   "`: it is a copy, or one serial number is wrong; " + remedy);
 }
 
 /// The text quoted as one word for a shell.
@@ -108,8 +108,8 @@ std::string DisposeCommand(const std::string& serial,
 /// The command or advice that releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
-  return std::string("measure this unit, or, where that one's number was wrong, ") +
-         (is_lines ? "collect the runs into a store and say so there by " : "say so by ") +
+  return std::string("measure this unit, or, if the serial number of the other was wrong, ") +
+         (is_lines ? "collect the runs into a store and state that there by " : "state that by ") +
          DisposeCommand(other.serial,
                         plan,
                         "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.id) +
@@ -234,14 +234,14 @@ class FleetEngine {
     if (!why && !options_.is_patient) return why.error();
     const std::string text = why ? why->value_or("") : why.error().message;
     if (text.empty()) {
-      if (!hold_retry_.why.empty()) Tell("units go on");
+      if (!hold_retry_.why.empty()) Tell("calibration continues");
       hold_retry_ = Retry();
       is_held_ = false;
       return true;
     }
     is_held_ = why.has_value();
     is_waiting_in_vain_ = is_held_ && source_->IsQuiet() && !workers_.IsBusy() && ended_.empty();
-    if (text != hold_retry_.why) Tell("units wait: " + text);
+    if (text != hold_retry_.why) Tell("calibration waits: " + text);
     hold_retry_ = {.wait_s = 1.0, .at = Clock::now() + std::chrono::seconds(1), .why = text};
     return false;
   }
@@ -305,8 +305,8 @@ class FleetEngine {
     if (listener_.on_run) listener_.on_run(run, progress_);
   }
 
-  /// Adds a run to the store, with a later name if the clock has gone back since the last run of
-  /// its unit or log. Returns the unit's standing before.
+  /// Adds a run to the store, renamed so that it sorts last if the clock has gone back since the
+  /// last run of its unit or log, or if a decision was made meanwhile. Returns the standing before.
   Result<std::optional<Standing>> Add(UnitRun* run) {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
@@ -347,18 +347,20 @@ class FleetEngine {
     const bool is_new_recording = unit.attempts > (before ? before->attempts : 0);
     if (!before) WarnOfLetters(run.serial);
     if (!unit.tied_with.empty() && (run.id == unit.run || run.id == unit.tied_with)) {
-      Warn(run.serial + ": run " + unit.run + ", of " + unit.log + ", which counts, and run " +
+      Warn(run.serial + ": its current run " + unit.run + ", of " + unit.log + ", and run " +
            unit.tied_with + ", of another log, were both measured at " + unit.recorded +
-           ", so the one that was run first is taken for the first");
+           "; the run that was calibrated first is taken as the earlier");
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
-           " of this unit is kept and does not count: " + std::to_string(*unit.most + 1) + " do");
+           " of this unit is kept, but only the first " + std::to_string(*unit.most + 1) +
+           " count");
     }
     WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
       Warn(run.serial + ": run " + run.id +
-           (is_new_recording ? ", of another recording," : ", by other limits or times,") +
+           (is_new_recording ? ", of another recording,"
+                             : ", which has no result, misses other limits or has another time,") +
            " lifts the decision of " + before->disposed_by + " (" +
            std::string(VerdictName(before->final_verdict)) + ": " + before->disposed_why + ")");
     }
@@ -421,10 +423,10 @@ class FleetEngine {
     const auto same = same_in_now(worst);
     Warn(run.serial + ": was FAIL by " + MissedText(worst) +
          (lost.size() > 1 ? " and " + Counted(lost.size() - 1, "other limit") : "") + ", and is " +
-         std::string(VerdictWords(unit.final_verdict)) + " now, since run " + unit.run +
-         (same == now.judgements.end() ? " counts, which is not judged by that"
-                                       : " counts, which has " + MissedText(*same)) +
-         "; was that meant?");
+         std::string(VerdictWords(unit.final_verdict)) + " now, since its current run " + unit.run +
+         (same == now.judgements.end() ? " is not judged by this limit"
+                                       : " has " + MissedText(*same)) +
+         "; check that this was intended");
   }
 
   /// Explains why a refusal stands although another recording is current.
@@ -439,9 +441,9 @@ class FleetEngine {
     Warn(run.serial + ": run " + run.id + ", of another recording, does not lift the decision of " +
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
-         (is_file ? "only its file says when it was measured"
+         (is_file ? "its time of measurement is known only from the date of its file"
                   : "it was measured at " + run.recorded + ", before that") +
-         "; name a later log with column `recorded` in a list, or decide anew by " +
+         "; name a later log with column `recorded` in a list, or decide again by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
@@ -465,7 +467,8 @@ class FleetEngine {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
     if (!agreed) {
-      Warn(serial + ": " + agreed.error().message + "; its other runs are told at the next start");
+      Warn(serial + ": " + agreed.error().message +
+           "; the next start corrects the files of its other runs");
       return;
     }
     for (const std::string& note : agreed->Notes(serial)) Warn(note);
@@ -477,7 +480,7 @@ class FleetEngine {
   Status Failed(const Error& error, Retry* retry) const {
     constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
-    if (retry->wait_s == 0.0) Tell(error.message + "; it is tried again until it works");
+    if (retry->wait_s == 0.0) Tell(error.message + "; this is tried again until it succeeds");
     retry->why = error.message;
     retry->wait_s = retry->wait_s == 0.0 ? kFirstS : std::min(kMostS, 2.0 * retry->wait_s);
     retry->at = Clock::now() + std::chrono::milliseconds(static_cast<int>(1e3 * retry->wait_s));
@@ -488,9 +491,9 @@ class FleetEngine {
   void WarnOfLetters(const std::string& serial) {
     const Result<std::string> other = store_->UnitOfOtherLetters(serial);
     if (!other || other->empty()) return;
-    Warn(serial + ": is another unit than `" + *other +
-         "`, which the store has and which differs in capital letters alone; where they are one, "
-         "write its serial number in one way");
+    Warn(serial + ": differs from unit `" + *other +
+         "` of the store only in capital letters; if they are one unit, write its serial number "
+         "in one way");
   }
 
   void Tell(const std::string& note) const {
@@ -596,7 +599,7 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
           const UnitRun other = RunOf(options.plan, units[another].order);
           if (other.serial == own.serial || is_given_up(other)) continue;
           units[place].refusal =
-              IsCopy(own, other, "measure both, or name the one whose number is right without it");
+              IsCopy(own, other, "measure both, or name only the one whose number is right");
         }
       }
     }

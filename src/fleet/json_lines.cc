@@ -35,7 +35,7 @@ Error NoHeader(const std::string& path) {
   return Error(
       ErrorCode::kWrongFormat,
       {path, 1},
-      "is no file of runs: expected the header that `fleet run --store=NAME.jsonl` writes, "
+      "is not a file of runs: expected the header that `fleet run --store=NAME.jsonl` writes, "
       "{\"format\":\"" +
           std::string(kFormat) + "\",…}");
 }
@@ -100,10 +100,11 @@ Status CheckShardOf(const UnitRun& run, const StatedShards& shards) {
   if (shard && shard->count == shards.count && shard->index == shards.only.value_or(shard->index)) {
     return {};
   }
-  return Error(ErrorCode::kDoesNotMatch,
-               "is a run of shard `" + run.shard + "`, and the first line says " +
-                   (shards.only ? "shard " + std::to_string(*shards.only) + " of " : "") +
-                   std::to_string(shards.count));
+  return Error(
+      ErrorCode::kDoesNotMatch,
+      "is a run of shard `" + run.shard + "`, but the first line of the file states " +
+          (shards.only ? "shard " + std::to_string(*shards.only) + " of " : "the shard count ") +
+          std::to_string(shards.count));
 }
 
 std::string TextOf(const LineCounts& counts) {
@@ -132,7 +133,7 @@ class LinesReader {
       run = UnitRunFrom(json);
     } catch (const std::exception& failure) {  // Of the JSON reader, or of UnitRunFrom.
       return Error(ErrorCode::kWrongFormat,
-                   std::string("is no line of a fleet's run: ") + failure.what());
+                   std::string("is not a valid record of a fleet run: ") + failure.what());
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckRun(run));
     TRUETRIAD_RETURN_IF_ERROR(CheckShardOf(run, read_.header.shards));
@@ -151,14 +152,14 @@ class LinesReader {
     read_.is_ended = true;
     if (stated == read_.counts) return {};
     return Error(ErrorCode::kDamagedFile,
-                 "says that above it are " + TextOf(stated) + ", and there are " +
-                     TextOf(read_.counts) + "; take the file as it was written");
+                 "states that " + TextOf(stated) + " are above it, but there are " +
+                     TextOf(read_.counts) + "; restore the file as it was written");
   }
   Status Keep(Disposition disposition) {
     TRUETRIAD_RETURN_IF_ERROR(CheckStored(disposition));
     if (!runs_.contains(std::hash<std::string>()(disposition.run))) {
       return Error(ErrorCode::kDoesNotMatch,
-                   "is a decision about run " + disposition.run + ", which is not above it");
+                   "is a decision about run " + disposition.run + ", which is on no line above it");
     }
     ++read_.counts.dispositions;
     read_.decisions.dispositions.push_back(std::move(disposition));
@@ -304,8 +305,8 @@ Error RunLines::Failure() const {
 Error NoQuestions(const std::string& path) {
   return Error(ErrorCode::kWrongFormat,
                {path},
-               "is a file of runs, which only keeps them; `truetriad fleet collect " + path +
-                   " --store=fleet.db` makes a store of it");
+               "is a file of runs, which cannot be queried; `truetriad fleet collect " + path +
+                   " --store=fleet.db` makes a database of it");
 }
 
 std::optional<std::string> JsonLinesPath(const std::string& url) {

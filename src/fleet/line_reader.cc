@@ -23,7 +23,7 @@ Status CheckIsTag(std::string_view flag, const std::string& tag) {
     tags.append(tags.empty() ? "" : ", ").append(key);
   }
   return Error(ErrorCode::kInvalidArgument,
-               "--" + std::string(flag) + "=" + tag + " is no tag; there are " + tags);
+               "--" + std::string(flag) + "=" + tag + ": unknown tag; expected one of " + tags);
 }
 
 std::string SqlText(std::string_view text) {

@@ -140,7 +140,7 @@ Status CheckReferences(const Json& studies, const std::map<std::string, double>&
 Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
   return Error(ErrorCode::kConflictingArguments,
                "the study has the same recording twice, as runs " + one + " and " + other + " (" +
-                   of + "); measure each unit anew, or leave one out with --study");
+                   of + "); measure each unit again, or leave one out with --study");
 }
 
 /// Error: one recording calibrated twice, which shows no repeatability.
@@ -167,7 +167,8 @@ Result<Json> StudyOf(Store& store, const SummaryOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(CheckIsTag("by", options.study_by));
   TRUETRIAD_ASSIGN_OR_RETURN(const LineReading runs, ReadRuns(store, options.study));
   if (runs.data.units.empty()) {
-    return Error(ErrorCode::kNotEnoughData, "no run is one of the study: " + options.study);
+    return Error(ErrorCode::kNotEnoughData,
+                 "the condition of the study selects no run: " + options.study);
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckAreDifferent(store, options.study));
   const Json quantities = StudiesOf(runs, options);

@@ -108,7 +108,7 @@ std::string Expected(const Json& value) {
 /// An age in hours as "12 min", "5.3 h", "9.1 days".
 std::string Age(const Json& value) {
   const double hours = Number(value);
-  if (hours < 0.0) return "to come";  // A clock is wrong.
+  if (hours < 0.0) return "in the future";  // A clock is wrong.
   if (hours < 1.0) return Fixed(60.0 * hours, 0) + " min";
   return hours < 72.0 ? Significant(hours, 2) + " h" : Significant(hours / 24.0, 3) + " days";
 }
@@ -128,7 +128,7 @@ std::string MeasuredText(const Json& yield) {
   for (const auto& [by, what] : {std::pair("list", " by the list"),
                                  {"recording", " by the recording's own time"},
                                  {"file", " by the time of the file"},
-                                 {"nothing", ": nothing says when it was measured"}}) {
+                                 {"nothing", " at an unknown time"}}) {
     const auto units = yield["recorded_by"].find(by);
     if (units == yield["recorded_by"].end()) continue;
     text += (text.empty() ? "" : "; ") + Counted(units->get<int>(), "unit") + what;
@@ -174,7 +174,7 @@ Section ReasonsSection(const Json& reasons) {
           TableOf(ListIn(reasons),
                   {{"units", 'r', "/units", Whole},
                    {"share", 'r', "/share", Share},
-                   {"so far", 'r', "/cumulative", Share},
+                   {"cumulative", 'r', "/cumulative", Share},
                    {"reason", 'l', "/code", Words}})};
 }
 
@@ -220,7 +220,9 @@ std::vector<Section> LimitsSections(Trees limits) {
   }
   if (!doubted.empty()) {
     capability.notes.push_back(
-        "Not normal (p < 0.01), which the share outside and intervals assume: " + doubted);
+        "Not normally distributed (p < 0.01), although the share outside and the intervals "
+        "assume it: " +
+        doubted);
   }
   if (!changed.empty()) {
     capability.notes.push_back("Limits have changed; judged here by those of the last unit: " +

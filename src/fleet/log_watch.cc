@@ -167,9 +167,9 @@ class LogWatch : public OrderSource {
     std::vector<std::string> notes;
     for (const auto& [log, state] : waiting_) {
       if (state.is_written) {
-        notes.push_back(log + " is not calibrated: somebody still writes to it");
+        notes.push_back(log + " is not calibrated: another program is still writing to it");
       } else if (state.lacks_file) {
-        notes.push_back(log + " is not calibrated: it names files that are not there");
+        notes.push_back(log + " is not calibrated: it names files that do not exist");
       }
     }
     return notes;

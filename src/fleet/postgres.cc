@@ -171,8 +171,8 @@ class PostgresDatabase : public Database {
       connection_.reset();
       if (Clock::now() - begin + pause > patience_) return GivenUp(status.error());
       if (pause == kFirstPause && on_note_) {
-        on_note_(name_ + ": the connection was lost (" + *lost_ + "); for " +
-                 NumberText(patience_.count()) + " s another is tried");
+        on_note_(name_ + ": the connection was lost (" + *lost_ + "); reconnecting for up to " +
+                 NumberText(patience_.count()) + " s");
       }
       std::this_thread::sleep_for(pause);
     }
@@ -218,9 +218,8 @@ class PostgresDatabase : public Database {
       return {};
     });
     if (!status && IsOfTheQuestion(state_)) {
-      return Error(
-          ErrorCode::kInvalidArgument,
-          "the question is not understood as one that reads (SELECT …): " + status.error().What());
+      return Error(ErrorCode::kInvalidArgument,
+                   "the query is not valid as one that reads (SELECT …): " + status.error().What());
     }
     TRUETRIAD_RETURN_IF_ERROR(status);
     return table;
@@ -242,11 +241,12 @@ class PostgresDatabase : public Database {
       return {};
     }));
     if (!may_do_more) return {};
-    return Error(ErrorCode::kInvalidArgument,
-                 name_ +
-                     ": a superuser of PostgreSQL, or who may use the server's files or programs, "
-                     "can do more by a question than read; ask as a role of its own: CREATE ROLE "
-                     "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
+    return Error(
+        ErrorCode::kInvalidArgument,
+        name_ +
+            ": a superuser of PostgreSQL, or a role that may use the server's files or programs, "
+            "can do more by a query than read; connect as a role that may only read: CREATE ROLE "
+            "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
   }
 
   void TellNotes(std::function<void(const std::string&)> on_note) override {
@@ -313,9 +313,9 @@ class PostgresDatabase : public Database {
     if (patience_ == Seconds(0.0)) return last;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
-                 "the connection was lost, and in " + NumberText(patience_.count()) +
-                     " s there was no other: " + last.What() +
-                     "; what was added before is there, and --resume goes on");
+                 "the connection was lost, and not restored within " +
+                     NumberText(patience_.count()) + " s: " + last.What() +
+                     "; runs added before are kept, and --resume goes on");
   }
 
   /// Executes one statement with text or NULL for $1, $2, ….
@@ -349,7 +349,7 @@ class PostgresDatabase : public Database {
     if (!facts.rows.empty()) return true;
     return Error(ErrorCode::kStoreFailure,
                  {name_},
-                 "has a table `fact`, but none that `fleet run` has made; name another database");
+                 "has a table `fact` that truetriad has not created; name another database");
   }
 
   Status MakeTables() {
@@ -365,7 +365,7 @@ class PostgresDatabase : public Database {
     return Error(ErrorCode::kStoreFailure,
                  {name_},
                  FirstLine(libpq_.errorMessage(connection_.get())) +
-                     ", but not from `fleet run`; name another database");
+                     ", but was not created by truetriad; name another database");
   }
 
   const Libpq& libpq_;
@@ -402,8 +402,8 @@ Result<std::unique_ptr<Database>> OpenPostgres(const Libpq& libpq,
   if (!options) {
     return Error(ErrorCode::kStoreFailure,
                  {name},
-                 "is not understood as a connection to PostgreSQL; what is neither letter nor "
-                 "digit in a password is written %XX, or the password is left to ~/.pgpass");
+                 "is not a valid connection to PostgreSQL; write characters of a password other "
+                 "than letters and digits as %XX, or put the password into ~/.pgpass");
   }
   auto database = std::make_unique<PostgresDatabase>(libpq, *std::move(options), name);
   TRUETRIAD_RETURN_IF_ERROR(database->Open(access, Seconds(patience_s)));

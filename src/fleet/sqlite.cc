@@ -69,7 +69,7 @@ class SqliteDatabase : public Database {
     if (application != kApplicationId && (tables > 0 || to_read)) {
       return Error(ErrorCode::kStoreFailure,
                    {path_},
-                   "is a database, but none that `fleet run` has written; name another file");
+                   "is a database that truetriad has not written; name another file");
     }
     if (!to_read) {
       TRUETRIAD_RETURN_IF_ERROR(Execute("PRAGMA journal_mode = WAL"));
@@ -110,20 +110,20 @@ class SqliteDatabase : public Database {
 
   Result<Table> AskAsGiven(const std::string& sql) override {
     if (sql.find('\0') != std::string::npos) {
-      return Error(ErrorCode::kInvalidArgument, "the question has a NUL, which SQL cannot have");
+      return Error(ErrorCode::kInvalidArgument,
+                   "the query contains a NUL, which SQL does not allow");
     }
     sqlite3_stmt* prepared = nullptr;
     const char* rest = nullptr;
     if (sqlite3_prepare_v2(database_.get(), sql.c_str(), -1, &prepared, &rest) != SQLITE_OK) {
       const std::string why = sqlite3_errmsg(database_.get());
-      return Error(ErrorCode::kInvalidArgument,
-                   "the question is not understood: " + why + Suggestion(why));
+      return Error(ErrorCode::kInvalidArgument, "the query is not valid: " + why + Suggestion(why));
     }
     const Statement statement(prepared, sqlite3_finalize);
     if (prepared == nullptr || sqlite3_stmt_readonly(prepared) == 0 ||
         std::string_view(rest).find_first_not_of(" \t\r\n;") != std::string_view::npos) {
       return Error(ErrorCode::kInvalidArgument,
-                   "only one statement that reads can be asked: SELECT …");
+                   "only a single statement that reads is allowed: SELECT …");
     }
     return TableOf(prepared);
   }
@@ -163,7 +163,9 @@ class SqliteDatabase : public Database {
     const int reason = code == SQLITE_IOERR ? sqlite3_system_errno(database_.get()) : 0;
     std::string text = sqlite3_errmsg(database_.get());
     if (reason != 0) text += std::string(": ") + std::strerror(reason);
-    if (code == SQLITE_FULL || reason == ENOSPC) text += "; make room, and go on with --resume";
+    if (code == SQLITE_FULL || reason == ENOSPC) {
+      text += "; free disk space, and continue with --resume";
+    }
     return Error(ErrorCode::kStoreFailure, {path_}, text);
   }
 

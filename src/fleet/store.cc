@@ -88,9 +88,9 @@ std::optional<RetestPolicy> PolicyIn(const StoreFacts& facts) {
 Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
   if (of_run != Verdict::kNoResult || disposition.verdict == Verdict::kFail) return {};
   return Error(ErrorCode::kConflictingArguments,
-               "unit `" + disposition.serial + "` has no calibration (run " + disposition.run +
-                   ", which counts, is `" + std::string(VerdictName(of_run)) +
-                   "`), so cannot be `" + std::string(VerdictName(disposition.verdict)) +
+               "unit `" + disposition.serial + "` has no calibration (its current run " +
+                   disposition.run + " is `" + std::string(VerdictName(of_run)) +
+                   "`), so it cannot be `" + std::string(VerdictName(disposition.verdict)) +
                    "`; measure it again, or decide `FAIL`");
 }
 
@@ -147,7 +147,7 @@ Result<Thing> CheckedFromRow(std::span<const Cell> row) {
   if (reader.odd_verdict.empty()) return thing;
   return Error(ErrorCode::kWrongFormat,
                "run " + row[0].value_or("") + ": its verdict is `" + reader.odd_verdict +
-                   "`, which is none; the store has been changed by another program");
+                   "`, which is not a verdict; the store has been changed by another program");
 }
 
 /// The FROM and WHERE of a selection.
@@ -317,7 +317,7 @@ Status Store::StateShard(const Shard& shard) {
   if (FactIn(facts, kShardsFact) != stated) {
     const std::string there = FactIn(facts, kShardsFact);
     return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": its runs are shared among " + there + ", not " + stated +
+                 database_->name() + ": its shard count is " + there + ", not " + stated +
                      "; give --shard=I/" + there + ", or another store");
   }
   if (!lines_) return {};
@@ -343,7 +343,7 @@ Result<StoreHeader> Store::Header() {
   if (!last) {
     return Error(ErrorCode::kStoreFailure,
                  "its fact `shards` is `" + stated +
-                     "`, no number of shards; it has been changed by another program");
+                     "`, not a number of shards; it has been changed by another program");
   }
   header.shards.count = last->count;
   return header;
@@ -352,14 +352,15 @@ Result<StoreHeader> Store::Header() {
 Status Store::StateRetestPolicy(const RetestPolicy& policy) {
   constexpr std::int64_t kMost = 1'000'000;  // Chosen: above any real count.
   if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "how many runs after the first may count: expected 0 to " + std::to_string(kMost));
+    return Error(
+        ErrorCode::kInvalidArgument,
+        "--retest-most: expected 0 to " + std::to_string(kMost) + " recordings after the first");
   }
   const bool has_none = lines_ && lines_->HasBegun() && !lines_->header().policy;
   if (has_none && policy != RetestPolicy()) {
     return Error(ErrorCode::kConflictingArguments,
-                 database_->name() + ": has begun without a retest policy, by which `" +
-                     PolicyText(RetestPolicy()) + "` counts; state none, or take another file");
+                 database_->name() + ": was begun without a retest policy, so `" +
+                     PolicyText(RetestPolicy()) + "` holds; state no policy, or name another file");
   }
   std::vector<std::pair<std::string_view, std::string>> stated = {
       {kCountsFact, std::string(RetestCountsName(policy.counts))}};
@@ -368,8 +369,8 @@ Status Store::StateRetestPolicy(const RetestPolicy& policy) {
   const RetestPolicy there = PolicyIn(facts).value_or(RetestPolicy());
   if (there == policy) return {};
   return Error(ErrorCode::kConflictingArguments,
-               database_->name() + ": of a unit's runs counts the one by `" + PolicyText(there) +
-                   "`, not by `" + PolicyText(policy) + "`; state the same, or take another store");
+               database_->name() + ": its retest policy is `" + PolicyText(there) + "`, not `" +
+                   PolicyText(policy) + "`; state the same, or name another store");
 }
 
 Result<std::string> Store::LatestRun(const UnitRun& run) {
@@ -495,17 +496,18 @@ Status Store::CheckReadings(const Disposition& disposition) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> holder, RunOfSameReadings(own));
   if (!holder && (given_up.empty() || takes_back)) return {};
   if (!holder) {
-    return Error(ErrorCode::kConflictingArguments,
-                 "unit `" + disposition.serial + "` cannot be `" +
-                     std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
-                     ", whose serial number was wrong; measure it, or, where the number was right, "
-                     "say so by --wrong-serial=false");
+    return Error(
+        ErrorCode::kConflictingArguments,
+        "unit `" + disposition.serial + "` cannot be `" +
+            std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+            ", whose serial number was wrong; measure the unit, or, if the number was right, "
+            "state this by --wrong-serial=false");
   }
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` cannot be `" +
                    std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
                    ": its readings count for unit `" + holder->serial + "` (run " + holder->id +
-                   ", " + holder->log + "); first refuse that one with --wrong-serial");
+                   ", " + holder->log + "); first refuse that unit with --wrong-serial");
 }
 
 Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& counting) {
@@ -541,8 +543,8 @@ Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_give
   return Error(ErrorCode::kMissingArgument,
                "unit `" + serial + "` has several recordings" +
                    (is_given_up ? " that were given up" : "") +
-                   "; name that whose serial number was " + (is_given_up ? "right" : "wrong") +
-                   " by --run: " + runs);
+                   "; name with --run the one whose serial number was " +
+                   (is_given_up ? "right: " : "wrong: ") + runs);
 }
 
 Result<Disposition> Store::Dispose(const Disposition& disposition) {

@@ -62,8 +62,8 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
   });
   if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
-               "a disposition says " + what + " in one line of at most " + std::to_string(longest) +
-                   " bytes of UTF-8");
+               "a disposition states " + what + " in one line of at most " +
+                   std::to_string(longest) + " bytes of UTF-8");
 }
 
 constexpr std::string_view kSqlite = "sqlite:";
@@ -87,8 +87,9 @@ Status CheckStoreFile(const std::string& path, Access access) {
   std::error_code failure;
   const fs::file_status status = fs::status(path, failure);
   if (fs::exists(status) && !fs::is_regular_file(status)) {
-    return Error(
-        ErrorCode::kStoreFailure, {path}, "is no file (a folder, pipe or device); name one");
+    return Error(ErrorCode::kStoreFailure,
+                 {path},
+                 "is not a file (but a folder, pipe or device); name a file");
   }
   if (access == Access::kRead) {
     if (fs::exists(status)) return {};
@@ -129,14 +130,15 @@ Status CheckDisposition(const Disposition& disposition) {
   std::string verdicts;
   if (disposition.GivesUp() && disposition.verdict != Verdict::kFail) {
     return Error(ErrorCode::kConflictingArguments,
-                 "a unit whose serial number was wrong was not measured, so is `FAIL`");
+                 "a run with a wrong serial number did not measure the unit, so only `FAIL` is "
+                 "possible");
   }
   for (const Verdict verdict : kVerdictsOfPeople) {
     if (verdict == disposition.verdict) return {};
     verdicts.append(verdicts.empty() ? "" : ", ").append(VerdictName(verdict));
   }
   return Error(ErrorCode::kInvalidArgument,
-               "people do not decide `" + std::string(VerdictName(disposition.verdict)) +
+               "a person cannot decide `" + std::string(VerdictName(disposition.verdict)) +
                    "`; expected one of " + verdicts);
 }
 
@@ -156,7 +158,7 @@ std::string NameOfStore(const std::string& url) {
 }
 
 std::string ShownStore(const std::string& url) {
-  if (!CheckStoreUrl(url)) return "the store that is named";
+  if (!CheckStoreUrl(url)) return "the stated store";
   return PostgresOptions(url) ? ShownPostgres(url) : url;
 }
 
@@ -212,9 +214,9 @@ Status CheckStoreUrl(const std::string& url) {
                  "as in line.db or shard-2.jsonl");
   }
   if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--store=" + url +
-                   " names no file, so that nothing would be kept; expected one, as in line.db");
+  return Error(
+      ErrorCode::kInvalidArgument,
+      "--store=" + url + " names no file, so nothing would be kept; expected one, as in line.db");
 }
 
 std::string ShownPostgres(const std::string& url) {
@@ -266,8 +268,8 @@ Status CheckName(std::string_view name) {
   // A later name would force all names after it to be later, until no year is left.
   constexpr std::string_view kTooLate = "2201";
   if (IsRunId(name) && name < kTooLate) return {};
-  return Wrong("its name " + InWords(name) +
-               " is none that truetriad has made until 2200, as in "
+  return Wrong("its name is " + InWords(name) +
+               ", expected a time up to 2200 and 8 hexadecimal digits, as in "
                "20261124T235959.123456Z-4f2a9c01");
 }
 
@@ -297,7 +299,7 @@ Status CheckParameters(const UnitRun& run) {
   std::set<std::string_view> names;
   for (const Parameter& parameter : run.parameters) {
     if (parameter.name.empty() || !names.insert(parameter.name).second) {
-      return Wrong("parameter " + InWords(parameter.name) + " is there twice, or has no name");
+      return Wrong("parameter " + InWords(parameter.name) + " occurs twice, or has no name");
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber(parameter.name, parameter.value, true));
     TRUETRIAD_RETURN_IF_ERROR(CheckNumber("sigma of " + parameter.name, parameter.sigma, false));

@@ -172,7 +172,7 @@ Result<FolderClaim> FolderClaim::TakeAlone(const std::string& folder, const Shar
   if (errno != EWOULDBLOCK) return CannotWrite(path);
   return Error(ErrorCode::kOutputInTheWay,
                {folder},
-               "is in the hands of another fleet watch or fleet run --resume; wait for its end, or "
+               "is in use by another fleet watch or fleet run --resume; wait for its end, or "
                "choose another --output");
 }
 
@@ -289,12 +289,12 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
     notes.push_back(serial + ": " + std::to_string(withdrawn.size()) +
                     (withdrawn.size() == 1 ? " exported file is" : " exported files are") +
                     " renamed to *.withdrawn" +
-                    (why.empty() ? ", since another verdict holds; export again what is to leave"
+                    (why.empty() ? ", since another verdict holds; export again what is needed"
                                  : ", since " + why));
   }
   for (const Unreached& one : unreached) {
     notes.push_back(serial + ": " + one.error.message + (why.empty() ? "" : "; " + why) +
-                    ", and `export` does not know of this there");
+                    "; `export` from there does not notice this");
   }
   return notes;
 }

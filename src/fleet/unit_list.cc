@@ -87,9 +87,10 @@ bool IsList(const fs::path& path) {
 
 Status CheckHeader(const std::vector<std::string>& header, const FilePlace& place) {
   if (header.front().find_first_of(";\t") != std::string::npos) {
-    return Error(ErrorCode::kUnknownColumn,
-                 place,
-                 "`" + header.front() + "` are not columns of a list, which commas separate");
+    return Error(
+        ErrorCode::kUnknownColumn,
+        place,
+        "`" + header.front() + "` is not the header of a list: commas must separate its columns");
   }
   const std::vector<std::string_view> known = ListColumns();
   for (auto column = header.begin(); column != header.end(); ++column) {
@@ -102,7 +103,7 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
     if (std::find(header.begin(), column, *column) != column) {
       return Error(ErrorCode::kDuplicateColumn,
                    place,
-                   "column `" + *column + "` is there twice; leave one out");
+                   "column `" + *column + "` occurs twice; leave one out");
     }
   }
   return {};
@@ -114,7 +115,7 @@ std::string PlaceIn(const fs::path& folder, const fs::path& log) {
   return place.empty() || *place.begin() == ".." ? WholePath(log) : place.generic_string();
 }
 
-/// The position of a log that is named directly: its folder's name and its own.
+/// The place of a log that is named directly: FOLDER/FILE, without the folders above it.
 std::string PlaceOfLog(const fs::path& log) {
   const fs::path whole = WholePath(log);
   return (whole.parent_path().filename() / whole.filename()).generic_string();
@@ -135,7 +136,7 @@ Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) 
   if (seconds > static_cast<double>(std::time(nullptr)) + kDayS) {
     return Error(ErrorCode::kValueOutOfRange,
                  place,
-                 "recorded is `" + text + "`, which is to come; correct it, or this clock");
+                 "recorded is `" + text + "`, which is in the future; correct it, or this clock");
   }
   return line::MomentOf(static_cast<std::int64_t>(seconds));
 }
@@ -171,11 +172,13 @@ Result<UnitOrder> UnitOfLine(const std::vector<std::string>& header,
 }
 
 Error MissingLogs(const FilePlace& place, const std::string& first, std::size_t count) {
-  return Error(ErrorCode::kUnreadableFile,
-               place,
-               "names the log " + first + ", which is no file that is there" +
-                   (count == 1 ? "" : ", as " + std::to_string(count - 1) + " further lines do") +
-                   "; correct the column `log`, or leave such lines out");
+  return Error(
+      ErrorCode::kUnreadableFile,
+      place,
+      "names the log " + first + ", which does not exist" +
+          (count == 1 ? ""
+                      : " (further lines with missing logs: " + std::to_string(count - 1) + ")") +
+          "; correct the column `log`, or leave such lines out");
 }
 
 Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
@@ -190,13 +193,14 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     ++place.line;
     if (line.empty() || line.starts_with('#')) continue;
     if (!IsUtf8(line)) {
-      return Error(ErrorCode::kWrongFormat, place, "is no UTF-8; save the list as UTF-8");
+      return Error(ErrorCode::kWrongFormat, place, "is not UTF-8; save the list as UTF-8");
     }
     CsvLine fields = FieldsOf(line);
     if (fields.ends_in_quotes) {
-      return Error(ErrorCode::kWrongFormat,
-                   place,
-                   "a quote is left open; close it, and write one that belongs to a name twice");
+      return Error(
+          ErrorCode::kWrongFormat,
+          place,
+          "a quotation mark is left open; close it, and double each that is part of a name");
     }
     if (header.empty()) {
       TRUETRIAD_RETURN_IF_ERROR(CheckHeader(fields.texts, place));
@@ -257,14 +261,14 @@ Status AddWord(const std::string& word, std::vector<UnitOrder>* units) {
     globfree(&found);
     return Error(ErrorCode::kUnreadableFile,
                  {word},
-                 "a folder that this would look into cannot be read; see to its rights");
+                 "a folder of this pattern cannot be read; check its permissions");
   }
   std::vector<std::string> names(found.gl_pathv, found.gl_pathv + (code == 0 ? found.gl_pathc : 0));
   globfree(&found);
   if (names.empty()) {
     return Error(ErrorCode::kUnreadableFile,
                  {word},
-                 "there is no such log, list or folder, and no file has a name like it");
+                 "there is no such log, list or folder, and no file matches this pattern");
   }
   for (const std::string& name : names) TRUETRIAD_RETURN_IF_ERROR(AddWord(name, units));
   return {};
@@ -304,7 +308,7 @@ Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
   return AtItsKey(
       experiment,
       Error(ErrorCode::kInvalidExperiment,
-            "device.serial is `" + experiment.serial + "`, and would be that of " + whose +
+            "device.serial is `" + experiment.serial + "`, which would apply to " + whose +
                 "; leave it out (--set='device.serial=\"\"'), or say which serial "
                 "number each log has, in a list or by --serial={serial}-*.csv")
           .About("device.serial"));
@@ -331,9 +335,10 @@ std::string Trimmed(const std::string& text) {
 
 Status CheckSerialPattern(const std::string& pattern) {
   if (pattern.empty() || pattern.find(kSerialMark) != std::string::npos) return {};
-  return Error(ErrorCode::kInvalidArgument,
-               "--serial=" + pattern +
-                   ": expected how files are named, with {serial} in it, as in {serial}-*.csv");
+  return Error(
+      ErrorCode::kInvalidArgument,
+      "--serial=" + pattern +
+          ": expected a pattern of file names that contains {serial}, as in {serial}-*.csv");
 }
 
 Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units) {
@@ -351,7 +356,7 @@ Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_patter
 Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
   if (!IsUtf8(unit->log)) {
     return Error(ErrorCode::kInvalidValue,
-                 "a log's name is no UTF-8, and cannot be kept in a store; rename it");
+                 "a log's name is not UTF-8, so no store can keep it; rename the log");
   }
   if (pattern.empty()) return {};
   fs::path path = unit->log;
@@ -389,7 +394,7 @@ Result<std::vector<UnitOrder>> ListUnits(const std::vector<std::string>& words,
     TRUETRIAD_RETURN_IF_ERROR(TakeSerial(serial_pattern, &unit));
     if (!seen.insert(WholePath(unit.log)).second) {
       return Error(
-          ErrorCode::kDuplicateKey, {unit.log}, "is there twice; name each log of a fleet once");
+          ErrorCode::kDuplicateKey, {unit.log}, "is named twice; name each log of a fleet once");
     }
   }
   MarkSharedNames(&units);

@@ -137,7 +137,7 @@ Tags TagsFrom(const Json& json) {
       },
       tags);
   if (known == json.size()) return tags;
-  throw std::runtime_error("there are tags that no experiment has: " + json.dump());
+  throw std::runtime_error("unknown tags among " + json.dump());
 }
 
 Finding FindingFrom(const Json& json) {

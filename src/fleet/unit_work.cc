@@ -151,7 +151,7 @@ Status Calibrate(const WorkPlan& plan, const UnitOrder& order, UnitRun* run) {
   if (calibration.serial.empty() && order.shares_name) {
     return Error(ErrorCode::kDuplicateKey,
                  {order.log},
-                 "states no serial number, and another log's file is called the same; give a list "
+                 "states no serial number, and another log has the same file name; give a list "
                  "with serial numbers, or --serial={serial}.csv if names are serial numbers");
   }
   if (calibration.serial.empty()) calibration.serial = run->serial;
@@ -283,7 +283,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
   } catch (const std::bad_alloc&) {
     run.verdict = Verdict::kNoResult;  // Is set already if writing files exceeded the memory.
     run.code = kMemoryLimit;
-    run.message = order.log + ": needs more memory than a unit may have";
+    run.message = order.log + ": needs more memory than the limit of a unit";
   } catch (const std::exception& failure) {
     Fill(Error(ErrorCode::kSystemFailure, {order.log}, failure.what()), &run);
   }

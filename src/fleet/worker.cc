@@ -90,7 +90,7 @@ std::string HowEnded(int status) {
   if (WIFSIGNALED(status)) {
     const int signal = WTERMSIG(status);
     return std::string("was ended by signal ") + std::to_string(signal) + " (" + strsignal(signal) +
-           (signal == SIGKILL ? "; was memory short?)" : ")");
+           (signal == SIGKILL ? "; perhaps memory ran out)" : ")");
   }
   return "ended with exit code " + std::to_string(WEXITSTATUS(status));
 }
@@ -288,10 +288,10 @@ Result<std::vector<UnitRun>> WorkerPool::Wait(double seconds) {
       runs.push_back(std::move(*run));
     } else if (std::chrono::duration<double>(Clock::now() - worker->since).count() >=
                limits_.seconds) {
-      runs.push_back(RunWithout(*worker,
-                                kTimeLimit,
-                                "takes longer than " + NumberText(limits_.seconds) +
-                                    " s, which is what a unit may take"));
+      runs.push_back(RunWithout(
+          *worker,
+          kTimeLimit,
+          "takes longer than " + NumberText(limits_.seconds) + " s, the time limit of a unit"));
       End(worker);
     }
   }

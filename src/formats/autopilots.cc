@@ -125,11 +125,11 @@ Result<int> SlotOf(const Autopilot& autopilot,
   if (first <= slot && slot <= last) return static_cast<int>(slot);
   if (slot == Tags::kNoSlot) {
     return Error(ErrorCode::kNotRepresentable,
-                 "the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
-                     " leave none to the " + std::string(TriadName(triad)) +
-                     ": each is another sensor's, or is taken by another of this log, or its own "
-                     "number is not in the log; state that with --id, or set that of a sensor that "
-                     "is gone to 0 and record again");
+                 "none of the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
+                     " is free for the " + std::string(TriadName(triad)) +
+                     ": each belongs to another sensor, or the log does not state the id of this "
+                     "one; state it with --id, or set the id of a removed sensor to 0 and record "
+                     "again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
@@ -207,11 +207,11 @@ void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) 
   warn(has_scale && (scale.minCoeff() < kLeastScale || scale.maxCoeff() > kMostScale),
        "PX4 accepts only scales between 0.1 and 3");
   warn(sensor.thermal && is_magnetometer,
-       "versions of PX4 without TC_M_ENABLE do not compensate magnetometers: there the offset "
-       "holds at the reference temperature alone");
+       "versions of PX4 without TC_M_ENABLE do not compensate magnetometers for temperature: the "
+       "offset is then correct only at the reference temperature");
   warn(is_of_log && has_id && !tags.device_slots[names.triad],
-       "where the vehicle has this sensor is not known from the log; check that " +
-           Expanded(names.id, slot) + " is its number, or 0");
+       "the log does not state which parameters the vehicle uses for this sensor; check that " +
+           Expanded(names.id, slot) + " is its device id, or 0");
   warn(is_magnetometer && is_of_log && !tags.magnetometer_turn_deg,
        "its mounting is not known from the log; check " + Expanded("CAL_MAG@_ROT", slot));
 }
@@ -326,8 +326,8 @@ Status WriteThermal(const Autopilot& autopilot,
     if (!ended.empty()) {
       request.warnings.push_back(
           std::string(TriadName(names.triad)) +
-          ": the vehicle has terms of other sensors that it does not use, and " + names.enable +
-          " 1 would: " + ended + " 0 keeps them out of use");
+          ": the vehicle has unused temperature terms of other sensors, which " + names.enable +
+          " = 1 would switch on; the file sets " + ended + " to 0, so that they stay unused");
     }
   } else if (!names.thermal.empty()) {
     const auto& recorded_degc = calibration.reference.recorded_degc;
@@ -625,7 +625,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
       slot = list.SlotWith(id, std::string(names.id), autopilot, names.triad);
       if (!slot) {
         carried.notes.push_back("no " + std::string(TriadName(names.triad)) +
-                                " of the file has the number " + std::to_string(*id));
+                                " of the file has the device id " + std::to_string(*id));
         continue;
       }
     }
@@ -635,7 +635,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
     carried.parts[names.triad] = sensor.Parts(autopilot, request.firmware);
     if (const std::string missing = sensor.Missing(); !missing.empty()) {
       carried.notes.push_back(std::string(TriadName(names.triad)) + ": the file has no " + missing +
-                              "; taken as 0 for offsets, 1 for scales");
+                              "; missing offsets are taken as 0, missing scales as 1");
     }
     Tags& device = carried.device;
     if (const auto id = sensor.Id()) {
@@ -650,9 +650,9 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                          ? Expanded("CAL_MAG@_ROT", of) + " and SENS_BOARD_ROT"
                                          : "AHRS_ORIENTATION";
         carried.notes.push_back(
-            "magnetometer: the file does not say how it is turned against the "
+            "magnetometer: the file does not state its rotation against the "
             "board (" +
-            rotation + "); taken as not turned");
+            rotation + "); taken as not rotated");
       }
     }
   }

@@ -20,10 +20,10 @@
 namespace truetriad {
 namespace {
 
-std::string LossText(Triad triad, const ExportLoss& loss) {
-  std::string text = std::string(TriadName(triad)) + ": off by at most " +
-                     RoundedText(loss.largest, 2) + " " + std::string(TruthUnitName(triad)) +
-                     " (RMS " + RoundedText(loss.rms, 2) + ") of " + RoundedText(loss.signal, 4);
+std::string ErrorText(Triad triad, const ExportLoss& loss) {
+  std::string text = "error of at most " + RoundedText(loss.largest, 2) + " " +
+                     std::string(TruthUnitName(triad)) + " (RMS " + RoundedText(loss.rms, 2) +
+                     ") of " + RoundedText(loss.signal, 4);
   if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
   if (const auto& rates = loss.at_rates) {
     text += "; at temperature rates of " + RoundedText(rates->range_degcps[0], 2) + " to " +
@@ -31,6 +31,10 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
             RoundedText(rates->largest, 2) + " (RMS " + RoundedText(rates->rms, 2) + ")";
   }
   return text;
+}
+
+std::string LossText(Triad triad, const ExportLoss& loss) {
+  return std::string(TriadName(triad)) + ": " + ErrorText(triad, loss);
 }
 
 /// Warns of each sensor's largest loss if it exceeds the calibration's own uncertainty.
@@ -50,8 +54,9 @@ void WarnOfLoss(std::string_view format,
   }
   if (most.empty()) return;
   warnings->push_back(std::string(format) +
-                      " loses more than the calibration's uncertainty, at most " + most +
-                      "; comments of the file have each sensor's loss");
+                      " cannot hold the whole calibration: the error, up to " + most +
+                      ", exceeds the calibration's uncertainty; the file's comments state each "
+                      "sensor's error");
 }
 
 /// Warns of a sensor mounted at an angle that the format cannot hold.
@@ -64,10 +69,11 @@ void FindDroppedTurn(Triad triad,
   if (turn_deg < SmallestBoardTurnDeg()) return;
   findings->push_back(
       Finding(FindingCode::kMessage,
-              std::string(TriadName(triad)) + ": is turned by " + RoundedText(turn_deg, 3) +
+              std::string(TriadName(triad)) + ": is rotated by " + RoundedText(turn_deg, 3) +
                   " deg against the other sensors' axes, and " + std::string(format) +
-                  " holds no such turn: " + LossText(triad, loss),
-              "correct how it is mounted, or the rotation that the vehicle has for it, and record "
+                  " cannot hold this rotation, so that its results have an " +
+                  ErrorText(triad, loss),
+              "correct its mounting, or the rotation that the vehicle has for it, and record "
               "again")
           .As(Severity::kWarning)
           .About(triad)
@@ -85,13 +91,15 @@ void WarnOfNumbers(const Calibration& calibration,
     const auto &id = tags.device_ids[triad], &stated_id = stated.device_ids[triad];
     const auto& slot = tags.device_slots[triad];
     if (id && stated_id && *id != *stated_id) {
-      warnings->push_back(name + ": has the device id " + std::to_string(*id) +
-                          " in its log, and --id states " + std::to_string(*stated_id) +
-                          ", another sensor's");
+      warnings->push_back(name + ": its device id in the log is " + std::to_string(*id) +
+                          ", but --id states " + std::to_string(*stated_id) +
+                          ", which is another sensor's");
     } else if (slot && stated.instance && *slot != *stated.instance && *slot != Tags::kNoSlot) {
-      warnings->push_back(
-          name + ": the vehicle has its parameters under the number " + std::to_string(*slot) +
-          " in its log, and --instance=" + std::to_string(*stated.instance) + " states another");
+      warnings->push_back(name +
+                          ": according to the log, the vehicle has the parameters of this sensor "
+                          "under the number " +
+                          std::to_string(*slot) +
+                          ", but --instance=" + std::to_string(*stated.instance) + " is stated");
     }
   }
 }
@@ -106,10 +114,11 @@ std::string WhyHeldBack(const Calibration& calibration) {
 
 Status CheckMayLeave(const std::string& why, const ExportOptions& options) {
   if (why.empty() || options.allows_outside_limits) return {};
-  return Error(ErrorCode::kOutsideLimits,
-               "this unit may not leave (" + why +
-                   "), so nothing is exported; measure it again, or state "
-                   "--outside-limits=allow, and the file will say so");
+  return Error(
+      ErrorCode::kOutsideLimits,
+      "this unit may not be delivered (" + why +
+          "), so nothing is exported; measure it again, or state "
+          "--outside-limits=allow; the file then states that the unit must not be delivered");
 }
 
 /// Lines without characters that a comment cannot hold.
@@ -146,7 +155,7 @@ std::vector<std::string> Comment(const Format& format,
            std::string(TriadName(held.gauge_sensor)) + "."});
   lines.insert(lines.end(), options.further_comment.begin(), options.further_comment.end());
   if (held.verdict() == Verdict::kPass && !held.decisions.empty()) {
-    lines.push_back(DecisionText(held.decisions.back()) + "; its limits say " +
+    lines.push_back(DecisionText(held.decisions.back()) + "; by the limits alone it is " +
                     std::string(VerdictWords(held.LimitsVerdict())) + ".");
   }
   for (const Triad triad : kTriads) {
@@ -222,7 +231,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
     result.warnings.push_back("the log is of " + firmware + ", and " +
                               std::string(format.info.name) +
-                              " numbers sensors in another way; state its numbers with --id");
+                              " has its own device ids; state those with --id");
   }
   std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
@@ -312,9 +321,9 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
       return id && id == its_id
                  ? "its " + name + " has the device id " + std::to_string(*id) +
                        ", and so has that of instance " + instance +
-                       ": firmware could not tell them apart"
-                 : "its " + name + " would have the parameters of that of instance " + instance +
-                       "; state one of them with `export --instance`";
+                       ": firmware could not distinguish them"
+                 : "its " + name + " would use the same parameters as that of instance " +
+                       instance + "; state one of them with `export --instance`";
     }
   }
   return "";
@@ -395,8 +404,8 @@ class FormatOfDevice {
         SayUnwritten(
             result,
             "its " + std::string(TriadName(triad)) +
-                " is not written: it is turned against the other sensors, and the log does "
-                "not say so; set its rotation in the vehicle, and record again",
+                " is not written: it is rotated against the other sensors, and the log does "
+                "not state this; set its rotation in the vehicle, and record again",
             beside);
         calibrations_[i].sensors[triad].reset();
       }

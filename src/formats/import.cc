@@ -139,7 +139,7 @@ Decision HeldBack(const std::string& path, std::string said) {
   const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
   const std::size_t begin = said.find_first_not_of(": "), end = said.rfind('.');
-  if (begin >= end) return {Verdict::kFail, path, "it may not leave", TimestampUtc(), true};
+  if (begin >= end) return {Verdict::kFail, path, "it may not be delivered", TimestampUtc(), true};
   return {Verdict::kFail, path, said.substr(begin, end - begin), TimestampUtc(), true};
 }
 
@@ -218,7 +218,8 @@ Result<Import> ImportCalibration(std::string_view format_name,
   calibration.created = TimestampUtc();
   calibration.findings = {{FindingCode::kImported,
                            "imported from " + std::string(format.info.name) +
-                               ": the unit's present calibration, every sigma is zero"}};
+                               " as the unit's present calibration; its uncertainties are unknown, "
+                               "so every sigma is zero"}};
   for (const std::string& note : import.notes) {
     calibration.findings.emplace_back(FindingCode::kImported, note);
   }

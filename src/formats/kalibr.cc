@@ -131,15 +131,15 @@ Result<std::string> NoiseText(const std::string& indent, const WriteRequest& req
     if (noise) rate_hz = noise->rate_hz;
     if (has_walk) continue;
     request.warnings.emplace_back(
-        name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or fill "
-                                 "them in"
-                : noise ? ": the Allan file does not tell the random walk of every axis (a longer "
-                          "rest may); fill it in"
-                        : ": the Allan file does not tell white noise of every axis (a longer rest "
-                          "may); fill the densities in"));
+        name + (!options.allan ? ": its noise densities are missing; give --allan=FILE, or enter "
+                                 "them by hand"
+                : noise        ? ": the Allan file lacks the random walk of some axis (a longer "
+                                 "rest may show it); enter it by hand"
+                               : ": the Allan file lacks the white noise of some axis (a longer "
+                                 "rest may show it); enter the densities by hand"));
   }
   if (!(rate_hz > 0.0)) {
-    request.warnings.emplace_back("update_rate is missing; give --allan=FILE, or fill it in");
+    request.warnings.emplace_back("update_rate is missing; give --allan=FILE, or enter it by hand");
   }
   text += indent +
           (rate_hz > 0.0 ? "update_rate: " + RealText(rate_hz) + "\n" : "# update_rate: ?  # Hz\n");

@@ -157,7 +157,7 @@ Result<Files> WriteBasalt(const WriteRequest& request) {
       request.warnings.emplace_back(
           std::string(TriadName(triad)) + ": " + name + "_noise_std and " + name +
           "_bias_std are missing; give --allan=FILE with white noise and random "
-          "walk of every axis, or fill them in");
+          "walk of every axis, or enter them by hand");
     }
   }
   if (rate_hz > 0.0) members["imu_update_rate"] = rate_hz;
@@ -192,7 +192,7 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
     request.warnings.emplace_back(std::string(TriadName(triad)) + ": " +
                                   std::string(kCovarianceNames[triad]) + " is zero (unknown): " +
                                   (request.options.allan
-                                       ? "the Allan file does not tell white noise of every axis"
+                                       ? "the Allan file lacks the white noise of some axis"
                                        : "its noise density is missing; give --allan=FILE"));
     return Eigen::Vector3d(Eigen::Vector3d::Zero());
   }
@@ -201,9 +201,9 @@ Result<Eigen::Vector3d> Variances(const WriteRequest& request,
   if (request.stated->covariance.matrix.size() > 0) {
     variances += ReadingVariances(triad, *request.stated);
   } else {
-    request.warnings.emplace_back(std::string(TriadName(triad)) +
-                                  ": the calibration states no covariance; " +
-                                  std::string(kCovarianceNames[triad]) + " is of noise alone");
+    request.warnings.emplace_back(
+        std::string(TriadName(triad)) + ": the calibration states no covariance; " +
+        std::string(kCovarianceNames[triad]) + " contains only the noise");
   }
   if (triad == Triad::kMagnetometer) variances *= kTeslaPerMicrotesla * kTeslaPerMicrotesla;
   return variances;
@@ -336,7 +336,7 @@ Result<Carried> ReadImuTk(const ReadRequest& request) {
     if (kind == nullptr) {
       return Error(ErrorCode::kWrongFormat,
                    {file.suffix},
-                   "cannot tell the sensor from the name; expected names ending in "
+                   "the name does not show the sensor; expected names ending in "
                    "_acc.calib and _gyro.calib, as written by imu_tk");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<double> numbers, NumbersOfFile(file));

@@ -16,7 +16,7 @@ namespace {
 constexpr int kDirections = 200;
 // Chosen: a cubic has two extremes and one inflection, so 17 points sample each several times.
 constexpr int kTemperatures = 17;
-// Five rates over those of the sweep, both ends included.
+// Five rates, evenly over the range of the sweep, including both ends.
 constexpr int kRates = 5;
 
 Eigen::Vector3d Direction(int i) { return EvenDirection(i, kDirections); }

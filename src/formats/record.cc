@@ -177,7 +177,7 @@ std::vector<Reference> References(const Calibration& calibration) {
         {name,
          (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
              unit,
-         nominal       ? "nominal: gains based on it are relative"
+         nominal       ? "nominal value: gains based on it are relative to it"
          : sigma > 0.0 ? "known with this uncertainty, which is included in that of the results"
                        : "stated in the experiment, assumed exact"});
   };
@@ -208,8 +208,8 @@ std::string Temperatures(const Calibration& calibration) {
 
 std::string Traceability(const Calibration& calibration) {
   std::string text =
-      "Values are traceable as far as their references are: gravity and field as stated above, and "
-      "for angles the geometry of free rotations. ";
+      "Values are as traceable as their references: gravity and field as stated above; angles "
+      "follow from the geometry of rotations alone. ";
   if (calibration.reference.field_nominal) {
     text += "The field strength was unknown, so the magnetometer's gains are relative. ";
   }
@@ -387,7 +387,7 @@ std::vector<Section> RecordSections(const WriteRequest& request) {
     if (sensor) results.Add(ResultTable(*sensor, triad, calibration.covariance, kCoverageFactor));
   }
   results.Add(UncertaintyStatement(calibration) +
-              " Values without U are fixed by the gauge or by the experiment.");
+              " Values without U are fixed by the frame convention or by the experiment.");
   sections.push_back(std::move(results));
   Section& limits = sections.emplace_back(LimitsSection(calibration, kCoverageFactor));
   limits.draw = {};
@@ -421,16 +421,16 @@ Result<Files> WriteRecord(const WriteRequest& request) {
       const std::optional<bool> is_overdue = IsOverdue(equipment, created);
       if (!is_overdue) {
         request.warnings.push_back(
-            name + " is not known to have been valid: " +
+            name + ": its calibration may have expired: " +
             (created.empty() ? "this calibration has no date" : "it has no `due:` date") +
-            "; the record says so");
+            "; the record states this");
       } else if (*is_overdue) {
         request.warnings.push_back(name + " was due for calibration on " + equipment.due +
-                                   ", before this calibration; the record says so");
+                                   ", before this calibration was made; the record states this");
       }
       if (!created.empty() && equipment.calibrated > created.substr(0, 10)) {
         request.warnings.push_back(name + " was calibrated on " + equipment.calibrated +
-                                   ", after this calibration");
+                                   ", after this calibration was made; check the date");
       }
     }
   }

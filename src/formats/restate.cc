@@ -82,18 +82,20 @@ Status HoldThermal(Triad triad,
   const std::string where = " at " + RoundedText(at, 6) + " degC";
   const TriadModel<double> constant = ModelAtTemperature(sensor->model, thermal, at);
   if (thermal.rate.any() && !capacity.rate_thermal) {
-    notes->emplace_back(
-        Name(triad) + ": dropped: bias from the temperature rate" +
-        (thermal.rate_range_degcps
-             ? ""
-             : "; the loss depends on how fast the temperature changes and is not included above"));
+    notes->emplace_back(Name(triad) + ": dropped: bias from the temperature rate" +
+                        (thermal.rate_range_degcps
+                             ? ""
+                             : "; the resulting error depends on how fast the temperature changes "
+                               "and is not included in the stated one"));
     thermal.rate = {};
     thermal.rate_lag_s.reset();
   }
   if (thermal.element_lag_s && !capacity.rate_thermal) {
-    notes->emplace_back(Name(triad) +
-                        ": dropped: temperature lag; thermal terms use the reading's temperature" +
-                        (thermal.rate_range_degcps ? "" : "; the loss is not included above"));
+    notes->emplace_back(
+        Name(triad) +
+        ": dropped: temperature lag; thermal terms use the temperature as measured, without lag" +
+        (thermal.rate_range_degcps ? ""
+                                   : "; the resulting error is not included in the stated one"));
     thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
@@ -163,8 +165,8 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
     }
     restated->rotation = {{rotation, rotation, rotation}};
     restated->notes.emplace_back("the body frame of all sensors is rotated by " +
-                                 RoundedText(AngleDeg(rotation), 3) + " deg, to that of gauge " +
-                                 std::string(GaugeName(gauge)));
+                                 RoundedText(AngleDeg(rotation), 3) +
+                                 " deg, to the frame convention " + std::string(GaugeName(gauge)));
   }
   // The other triangle is zero up to rounding.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
@@ -201,7 +203,7 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
   const bool straight = map.isIdentity(0.0);
   const std::string target(format.info.name);
   const std::string feed =
-      "remap its readings to " + AxisMapText(map) + " of the present axes and calibrate again";
+      "replace its readings (x, y, z) by " + AxisMapText(map) + " and calibrate again";
   if (form == MatrixForm::kSymmetric ? mirrored : form == MatrixForm::kDiagonal && !straight) {
     return Error(ErrorCode::kNotRepresentable,
                  "the " + Name(triad) + (mirrored ? " is mirrored" : "'s axes are swapped") +
@@ -290,8 +292,8 @@ Status HoldUnits(Triad triad,
     if (unit.is_counts && sensor.si_per_count) truth_per_result = *sensor.si_per_count;
     if (unit.is_counts && !sensor.si_per_count) {
       truth_per_result = std::cbrt(std::abs(sensor.model.Correction().determinant()));
-      restated->notes.emplace_back(Name(triad) +
-                                   ": the count size is not stated; used the mean gain");
+      restated->notes.emplace_back(
+          Name(triad) + ": the size of a count is not stated; the mean gain is used instead");
     }
   }
   sensor = InUnits(sensor, reading_per_raw, 1.0 / truth_per_result);

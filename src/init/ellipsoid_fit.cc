@@ -242,7 +242,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   if (!best) {
     return NotEnoughError(
         Finding(FindingCode::kNotAnEllipsoid,
-                "the best fit to " + count + " is not an ellipsoid",
+                "the best-fitting quadric surface of " + count + " is not an ellipsoid",
                 "add attitudes, or look for readings disturbed by motion or magnetic objects"));
   }
   const Eigen::Matrix3Xd sphere = best->Map(points);
@@ -260,11 +260,11 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   return NotEnoughError(
       Finding(FindingCode::kTooFewDirections,
               count +
-                  " do not determine an ellipsoid: they cover too little of the sphere, or are "
-                  "of more than one range, unit or sensor" +
-                  Format(" (they scatter by %.0f %% of its radius about the best)",
+                  " do not determine an ellipsoid: they cover too little of the sphere, or mix "
+                  "measuring ranges, units of measure or sensors" +
+                  Format(" (RMS residual of the best fit: %.0f %% of its radius)",
                          100.0 * ellipsoid.relative_rms),
-              more_attitudes + "; look how long the readings are over time")
+              more_attitudes + "; plot the magnitude over time")
           .With("readings", static_cast<double>(points.size()))
           .With("scatter", ellipsoid.relative_rms));
 }

@@ -68,10 +68,10 @@ Result<FixtureFit> FitInFixture(const std::vector<Eigen::Vector3d>& readings,
                                 const std::vector<Eigen::Quaterniond>& fixture_from_body,
                                 double strength) {
   CHECK_EQ(readings.size(), fixture_from_body.size());
-  const Error not_enough = NotEnoughError(
-      Finding(FindingCode::kFixtureUndetermined,
-              "the fixture's orientation is unobservable from these attitudes",
-              "give at least five, about several axes, with every axis up and down"));
+  const Error not_enough = NotEnoughError(Finding(
+      FindingCode::kFixtureUndetermined,
+      "the fixture's orientation is unobservable from these attitudes",
+      "give at least five attitudes, turned about several axes, with every axis up and down"));
   if (readings.size() < kFewestPoses) return not_enough;
   const auto fit_at = [&](const Eigen::Vector3d& direction) {
     return FitAt(direction, readings, fixture_from_body, strength);

@@ -222,7 +222,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
         Finding(FindingCode::kAlignmentUndetermined,
                 "the alignment between the sensors' axes is unobservable from these " +
                     std::to_string(pairs) +
-                    " poses: one sensor could be rotated without any effect",
+                    " poses: one sensor's axes could be rotated without changing the residuals",
                 "add poses tilted about another axis")
             .With("poses", static_cast<double>(pairs)));
   }

@@ -154,10 +154,12 @@ Error AxesMissing(const std::string& what) {
 }
 
 Error TurnsUnexplained(const std::string& where) {
-  return NotEnoughError(Finding(FindingCode::kTurnsUnexplained,
-                                "gyroscope: its readings do not match how gravity turned " + where,
-                                "check its unit, axes and time stamps")
-                            .About(Triad::kGyroscope));
+  return NotEnoughError(
+      Finding(FindingCode::kTurnsUnexplained,
+              "gyroscope: its turns do not explain how the direction of gravity or field changes " +
+                  where,
+              "check its unit, axes and time stamps")
+          .About(Triad::kGyroscope));
 }
 
 }  // namespace

@@ -44,7 +44,8 @@ Status CheckFaces(const std::vector<int>& faces) {
   return NotEnoughError(
       Finding(FindingCode::kMissingFaces,
               "no rest with these axes up: " + missing,
-              "a six-face calibration needs every axis up and down, so record these"));
+              "a six-face calibration needs a rest with each axis up and one with it down; record "
+              "the missing ones"));
 }
 
 }  // namespace

@@ -14,8 +14,8 @@ namespace {
 
 constexpr std::string_view kUnknown =
     "the corrections already applied to these readings are unknown, so a calibration could be "
-    "wrong by as much; find out and state them (docs/recordings.md), or state `none` if the "
-    "readings are raw";
+    "wrong by as much as they correct; find out and state them (docs/recordings.md), or state "
+    "`none` if the readings are raw";
 
 void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
   for (const char* key : {"reference_degc", "range_degc", "coefficients"}) visit.Require(key);

@@ -88,8 +88,9 @@ Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end
     if (!later && i == 0) {
       return Fail(ErrorCode::kNotEnoughData,
                   first.begin,
-                  "begins the only window of window_samples, so that it is not known how far its "
-                  "samples are apart");
+                  "begins the only window of " + std::to_string(size_) +
+                      " rows (`window_samples`); at least two windows are needed for the interval "
+                      "between samples");
     }
     if (!later || (i > 0 && later->is_cut)) break;
     interval_ns_ = 0;
@@ -132,9 +133,9 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
     return std::optional<Window>();  // The window before is the only one.
   return Fail(ErrorCode::kInvalidValue,
               begin,
-              "begins a window of window_samples without a time, of which each " +
-                  std::to_string(size_) +
-                  " rows should have one; rows are missing, or window_samples is another");
+              "begins a window of " + std::to_string(size_) +
+                  " rows (`window_samples`) without a time; each window should have one: rows are "
+                  "missing, or window_samples is wrong");
 }
 
 Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
@@ -150,10 +151,11 @@ Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
                  "has a time that is out of range; check its unit, or the rate");
   }
   if (window->time_ns != CsvReader::kMissingTime) {
-    return Error(ErrorCode::kInvalidValue,
-                 {file_, stated.line},
-                 "has another time than other rows of the same " + std::to_string(size_) +
-                     " of window_samples; the first row of the file begins a window");
+    return Error(
+        ErrorCode::kInvalidValue,
+        {file_, stated.line},
+        "has another time than other rows of its window of " + std::to_string(size_) +
+            " rows (`window_samples`); the first window begins with the first row of the file");
   }
   window->time_ns = time_ns;
   window->timed_row = stated.row;
@@ -165,12 +167,13 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
   if (!timed_ || !window.has_one_time || window.is_cut) return {};
   const std::int64_t row = window.timed_row % size_, before = timed_->timed_row % size_;
   if (row == before) return {};
-  return Error(ErrorCode::kInvalidValue,
-               {file_, window.timed_line},
-               "has its time on row " + std::to_string(row + 1) + " of " + std::to_string(size_) +
-                   " of window_samples, but line " + std::to_string(timed_->timed_line) +
-                   " on row " + std::to_string(before + 1) +
-                   "; rows are missing or too many between them, or window_samples is another");
+  return Error(
+      ErrorCode::kInvalidValue,
+      {file_, window.timed_line},
+      "states the time of its window on row " + std::to_string(row + 1) + " of " +
+          std::to_string(size_) + " (`window_samples`), but line " +
+          std::to_string(timed_->timed_line) + " on row " + std::to_string(before + 1) +
+          "; rows between these lines are missing or too many, or window_samples is wrong");
 }
 
 Status BurstWindows::MeasureInterval(const Window& earlier,
@@ -182,8 +185,9 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,
-                "begins a window of window_samples whose time is not behind that of the one "
-                "before; correct window_samples, or sort the log");
+                "begins a window of " + std::to_string(size_) +
+                    " rows (`window_samples`) whose time is not after that of the previous window; "
+                    "correct window_samples, or sort the log");
   }
   // The difference of any two int64 times fits a uint64.
   const std::uint64_t between =
@@ -201,8 +205,9 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
   } else if (interval_ns_ == 0) {
     return Fail(ErrorCode::kInvalidValue,
                 later.begin,
-                "begins a window of window_samples more than a day behind the first one; check the "
-                "unit of its time");
+                "begins a window of " + std::to_string(size_) +
+                    " rows (`window_samples`) more than a day after the first one; check the "
+                    "unit of its time");
   }
   return {};
 }

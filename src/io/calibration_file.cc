@@ -66,7 +66,7 @@ void StatusFields(V& visit, Like<Calibration> auto& calibration) {
     const Finding* const refusal = FirstRefusal(calibration.findings);
     if (calibration.outcome != Outcome::kConverged || refusal == nullptr) return "";
     return "outcome " + std::string(OutcomeName(calibration.outcome)) +
-           ", but a finding refuses: " + refusal->text;
+           " contradicts this refusal: " + refusal->text;
   });
 }
 
@@ -107,7 +107,7 @@ void CalibrationFields(V& visit, Like<Calibration> auto& calibration) {
   visit.Check("verdict", [&]() -> std::string {
     if (!has_verdict || verdict == calibration.verdict()) return "";
     return "contradicts `status:` and `decisions:`, by which it is " +
-           std::string(VerdictName(calibration.verdict())) + "; take this line away";
+           std::string(VerdictName(calibration.verdict())) + "; remove this line";
   });
   visit("reference", calibration.reference);
   visit("gauge", calibration.gauge);
@@ -154,8 +154,8 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
              &covariance->matrix);
   if (!IsCovariance(covariance->matrix)) {
     reader.Fail(
-        "is no covariance: a number is not finite, a variance negative, a correlation above "
-        "one, or the matrix not symmetric; write the calibration anew");
+        "is not a covariance: a number is not finite, a variance is negative, a correlation is "
+        "above one, or the matrix is not symmetric; calibrate again");
   }
   reader.RejectUnknown();
 }
@@ -202,7 +202,7 @@ std::string CalibrationToYaml(const Calibration& calibration) {
 Json CalibrationTree(const Calibration& calibration) {
   TreeWriter root(Json::object());
   CalibrationFields(root, calibration);
-  Json tree = AsInYaml(root.Take(), kDigits);
+  Json tree = AsInYaml(root.Take());
   const std::string& config = calibration.config_yaml;
   tree["config"] = config.empty() ? Json::object() : TreeOfYaml(config);
   return tree;

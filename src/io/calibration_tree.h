@@ -11,8 +11,8 @@ namespace truetriad {
 /// A calibration as in calibration.json, with the same content as calibration.yaml.
 Json CalibrationTree(const Calibration& calibration);
 
-/// `tree` with numbers as a YamlText of `digits` digits writes them: whole ones without a point.
-Json AsInYaml(Json tree, int digits = 0);
+/// `tree` with its whole numbers as integers, and null in place of numbers that are not finite.
+Json AsInYaml(Json tree);
 
 /// A YAML text as JSON; numbers that are not finite become null. A text that is not YAML by itself,
 /// or repeats aliases beyond its own length, stays a text.

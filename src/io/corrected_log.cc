@@ -20,7 +20,7 @@ class Correction : public ReadingChange {
     if (!calibration.IsUsable()) {
       return Error(ErrorCode::kCalibrationNotUsable,
                    "the calibration is not usable (" + std::string(calibration.ReasonNotUsable()) +
-                       "): set right what its findings name, and calibrate again");
+                       "): resolve its findings, and calibrate again");
     }
     Correction correction;
     std::string names;

@@ -302,7 +302,8 @@ Status CsvReader::ReadHeader() {
   if (columns_.size() > kMostColumns) {
     return Error(ErrorCode::kWrongFormat,
                  path() + ": has " + std::to_string(columns_.size()) +
-                     " columns; expected one a reading and a row a time: is it transposed?");
+                     " columns; expected one column per quantity and one row per time: is the "
+                     "table transposed?");
   }
   cursor_ = data.text.data();
   line_ = data.number - 1;
@@ -358,10 +359,11 @@ std::vector<std::size_t> CsvReader::ColumnsCalled(const std::string& name) const
 Status CsvReader::Map(std::size_t column, Kind kind, int power) {
   Column& mapped = columns_[column];
   if (mapped.kind != Kind::kSkip && (mapped.kind != kind || mapped.power != power)) {
-    return Error(ErrorCode::kDuplicateColumn,
-                 {path()},
-                 ColumnName(column) +
-                     " is mapped twice, as time and as a reading or with two units; map it once");
+    return Error(
+        ErrorCode::kDuplicateColumn,
+        {path()},
+        ColumnName(column) +
+            " is mapped twice: as a time and as a reading, or with two units; map it once");
   }
   mapped.kind = kind;
   mapped.power = power;
@@ -531,7 +533,8 @@ Error CsvReader::FieldError(const char* line_begin, std::size_t column) const {
   } else if (layout_.separator != ',' && field.find(',') != std::string_view::npos) {
     message += "; use a decimal point, not a comma";
   } else if (columns_[column].kind == Kind::kTime && field.find(':') != std::string_view::npos) {
-    message += "; expected seconds from any beginning: convert dates";
+    message +=
+        "; convert dates and times of day to numbers, such as seconds since the start of the log";
   } else {
     message += "; correct the row, or remove it; leave a field empty where there is no reading";
   }

@@ -55,7 +55,7 @@ class FieldReader {
     for (const QuantityKey& key : keys) {
       YamlReader child = Child(key.key);
       if (child && found != nullptr) {
-        child.Fail("says the same as `" + YamlReader(map_.Child(found->key)).name() +
+        child.Fail("states the same quantity as `" + YamlReader(map_.Child(found->key)).name() +
                    "`; keep one");
       }
       if (child && found == nullptr) found = &key;

@@ -21,7 +21,7 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   constexpr double kExactUnitLength = 1e-14;
   const double length = vector.norm();
   visit.Expect(std::isfinite(length),
-               "is too long; a vector of any length that is a number will do, such as [0, 0, 1]",
+               "is too long to compute with; only its direction counts, such as [0, 0, 1]",
                "axis");
   *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
@@ -37,7 +37,7 @@ void TimeFields(FieldReader& visit, TimeRange* times) {
   const bool has_start = visit("start_s", start_s, kLogTime);
   if (!visit("end_s", end_s, kLogTime) || !has_start) return;
   visit.Expect(start_s < end_s,
-               "its time is not a range; expected start_s < end_s, in seconds of the log's time");
+               "the times are not a range; expected start_s < end_s, in seconds of the log's time");
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
 }
 
@@ -50,8 +50,8 @@ void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* pla
   const int ways = int{has_pose} + int{has_times} + int{has_rows};
   const std::string known =
       "`first` and `last`, `start_s` and `end_s`, or `" + std::string(pose_key) + "`";
-  visit.Expect(ways > 0, "has no place in the recording; expected " + known);
-  visit.Expect(ways < 2, "a time, rows and a pose exclude each other; keep " + known);
+  visit.Expect(ways > 0, "states no place in the recording; expected " + known);
+  visit.Expect(ways < 2, "states its place in several ways; keep either " + known);
   visit(pose_key,
         place->pose,
         Range{.lowest = 1.0,
@@ -105,7 +105,7 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
   }
   rate.is_axis_known = defaults.is_axis_known;
   visit.Expect(rate.is_axis_known || !rate.rate_radps.isZero(0.0),
-               "its rate is zero, which says nothing where no axis is known; leave it out");
+               "its rate is zero, which has no effect without a known axis; leave it out");
   double sigma_radps = defaults.sigma_radps;
   visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
   // A small angular error of the direction changes the rate perpendicular to it. An unknown

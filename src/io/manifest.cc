@@ -67,7 +67,7 @@ void TimeFields(FieldReader& visit, ManifestStream& stream) {
         stream.layout.info.window_samples,
         Range{1.0, static_cast<double>(BurstWindows::kMost), kWindows});
   visit.Expect(!counts_rows || visit.Has("column"),
-               "needs the time of each window; state its column and unit",
+               "needs a column with the time of each window; state `column` and its `unit`",
                "window_samples");
   if (counts_rows && !visit.Has("column")) {
     layout.kind = TimeColumn::Kind::kRowNumber;
@@ -105,8 +105,7 @@ void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   visit("offset", offset, kAnyNumber);
   visit("wrap_bits", temperature.wrap_bits, Range{8.0, 32.0, "8 to 32, the bits of the register"});
   visit("signed", temperature.is_signed, Flag());
-  visit.Expect(
-      temperature.wrap_bits > 0, "needs `wrap_bits`; a number has its sign otherwise", "signed");
+  visit.Expect(temperature.wrap_bits > 0, "applies only with `wrap_bits`; remove it", "signed");
   TemperatureUnit& unit = temperature.unit;
   unit = {unit.scale * scale, unit.scale * offset + unit.offset};
 }
@@ -208,7 +207,9 @@ Result<Manifest> ReadManifest(const std::string& path, const PerTriad<bool>& lef
                  "is an experiment, not a recording; give it with --config");
   }
   if (yaml.IsMap() && yaml.Child("format")) {
-    return Error(ErrorCode::kWrongFormat, {path}, "is a result of truetriad, not a recording");
+    return Error(ErrorCode::kWrongFormat,
+                 {path},
+                 "is a result of truetriad (it states `format`), not a recording");
   }
   Manifest manifest;
   manifest.sha256 = Sha256Hex(text);

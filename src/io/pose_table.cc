@@ -272,10 +272,10 @@ class DuplicateFinder {
                              Named(lines_.size(), name) + ")";
     const std::string advice = "; check for a stuck sensor or rows pasted twice";
     if (3 * (count - held_) > rows) {
-      return Error(
-          ErrorCode::kRepeatedRows,
-          {path},
-          text + advice + ". These are too many to be readings; check how the table was made");
+      return Error(ErrorCode::kRepeatedRows,
+                   {path},
+                   text + advice +
+                       ". So many rows cannot be separate readings; check how the table was made");
     }
     findings->push_back(Finding(FindingCode::kRepeatedRows,
                                 text + (counted_once_ > 0 ? ", and count once" : "") + advice)
@@ -323,7 +323,7 @@ class ImpossibleReadings {
     Findings findings;
     for (const Triad triad : kVectorTriads) {
       AddFinding(triad, zeros_[triad], "0, 0, 0", &findings);
-      AddFinding(triad, far_[triad], "more than ten times what the others do", &findings);
+      AddFinding(triad, far_[triad], "more than ten times as much as most other rows", &findings);
     }
     return findings;
   }
@@ -383,10 +383,11 @@ class ImpossibleReadings {
     const std::string line = " line " + std::to_string(left.first_line);
     findings->push_back(
         Finding(FindingCode::kImpossibleRows,
-                left.rows == 1 ? subject + " reads " + what +
-                                     ", which is no reading, and is left out; it is" + line
-                               : subject + " read " + what +
-                                     ", which is no reading, and are left out; the first is" + line,
+                left.rows == 1
+                    ? subject + " reads " + what +
+                          ", which is impossible at rest, and is left out:" + line
+                    : subject + " read " + what +
+                          ", which is impossible at rest, and are left out; the first is" + line,
                 "check how the table was made")
             .About(triad)
             .With("rows", static_cast<double>(left.rows))

@@ -201,9 +201,10 @@ class Stream {
     // Times are in order, so that the first and the last are the extremes.
     if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
                               times_ns.back() > CsvReader::kFarthestTime)) {
-      return Error(ErrorCode::kValueOutOfRange,
-                   {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
-                   "times until here are out of range; check their unit, or the rate");
+      return Error(
+          ErrorCode::kValueOutOfRange,
+          {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
+          "a time up to this line is out of range; check the unit of the times, or the rate");
     }
     return {};
   }
@@ -268,10 +269,11 @@ class Stream {
       return Error(ErrorCode::kValueOutOfRange, text);
     };
     if (count != std::floor(count) || count < -0.5 * all || count >= all)
-      return fail(number + " is no number of a register of " + bits);
+      return fail(number + " does not fit a register of " + bits);
     if (!before && count >= 0.5 * all && !column.is_signed) {
-      return fail(number + " of " + bits + " is " + RoundedText(count - all, 9) +
-                  " with a sign; state `signed: true` or `signed: false`");
+      return fail("the first number, " + number + ", is " + RoundedText(count - all, 9) +
+                  " if the register (" + bits +
+                  ") is signed; state `signed: true` or `signed: false`");
     }
     const bool is_signed = column.is_signed.value_or(true);
     if (!before && is_signed) return count >= 0.5 * all ? count - all : count;
@@ -279,8 +281,8 @@ class Stream {
     const double continued = count + all * std::round((*before - count) / all);
     // A step of half the range could be up or down, which would shift all later values.
     if (std::abs(continued - *before) > 0.25 * all) {
-      return fail("the register steps to " + number + " by more than a quarter of what its " +
-                  bits + " hold; empty the field if it is damaged, or correct `wrap_bits`");
+      return fail("the register steps to " + number + " by more than a quarter of the range of " +
+                  bits + "; empty the field if it is damaged, or correct `wrap_bits`");
     }
     return continued;
   }
@@ -297,7 +299,7 @@ class Stream {
         if (std::isnan(temperature_degc)) {
           return Error(ErrorCode::kMissingTemperature,
                        {csv.path(), csv.Line(SelectedRow(i))},
-                       "no temperature yet, so the `thermal` part of `applied` cannot be "
+                       "has no temperature yet, so the `thermal` part of `applied` cannot be "
                        "undone; remove the rows before the first temperature");
         }
         raw += thermal->At(temperature_degc) - thermal->at_calibration;

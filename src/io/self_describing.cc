@@ -153,14 +153,14 @@ Result<HeaderColumns> HeaderColumns::Of(const CsvReader& csv) {
                        "has several columns without a name; name them, or map columns in a "
                        "manifest recording.yaml");
         }
-        return Error(
-            ErrorCode::kDuplicateColumn,
-            std::move(place),
-            "column `" + column.name +
-                (other.name == column.name ? "` occurs twice"
-                                           : "` is also there as `" + other.name +
-                                                 "`, and capitals do not tell columns apart") +
-                "; rename one of them");
+        return Error(ErrorCode::kDuplicateColumn,
+                     std::move(place),
+                     "column `" + column.name +
+                         (other.name == column.name
+                              ? "` occurs twice"
+                              : "` also occurs as `" + other.name +
+                                    "`, and names must differ in more than upper and lower case") +
+                         "; rename one of them");
       }
     }
     header.columns_.push_back(std::move(column));
@@ -193,7 +193,7 @@ Result<std::string> HeaderColumns::UnitOf(std::size_t column, std::string_view e
                 column,
                 "has no unit; state it in the header, like `" + stated.name + "[" +
                     std::string(example) + "]`" +
-                    (example == "s" ? " (numbers: convert dates)" : ""));
+                    (example == "s" ? "; times must be numbers: convert dates" : ""));
   }
   return stated.unit;
 }
@@ -229,7 +229,7 @@ Result<std::optional<HeaderColumns::Axes>> HeaderColumns::TakeAxes(Triad triad,
     std::string seems;
     for (std::size_t column = 0; column < columns_.size(); ++column) {
       if (taken_[column] || SeeminglyCalled(columns_[column].name) != missing) continue;
-      seems = ", and `" + columns_[column].name + "` seems to be it: rename it";
+      seems = "; `" + columns_[column].name + "` seems to be this column: rename it";
     }
     return Fail(ErrorCode::kMissingColumn,
                 found.front(),
@@ -301,7 +301,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
       if (!may_number_rows_ && !HasTaken("time")) {
         return Error(ErrorCode::kUnknownColumn,
                      place_,
-                     "the first column has no name, and does not number the rows; name it, like "
+                     "the first column has no name and does not hold row numbers; name it, like "
                      "`time[s]`, or remove it");
       }
       ignored.emplace_back(kUnnamedRowNumbers);
@@ -320,7 +320,7 @@ Result<std::vector<std::string>> HeaderColumns::Ignored() const {
   } else {
     std::string known;
     for (const std::string& name : asked_) known += (known.empty() ? "" : ", ") + name;
-    text += "rename to " + known + " (each with its unit), or remove what is no reading";
+    text += "rename to " + known + " (each with its unit), or remove columns that are no readings";
   }
   return Error(
       ErrorCode::kUnknownColumn, place_, text + ", or map columns in a manifest recording.yaml");
@@ -344,7 +344,7 @@ Error HeaderColumns::NoSensors() const {
   return Error(
       ErrorCode::kMissingColumn,
       {place_.file},
-      "has no sensor columns, but " + Names() +
+      "has no sensor columns; its columns are " + Names() +
           "; expected accel_x, accel_y, accel_z, or gyro_… or mag_…, each with its unit: rename "
           "them, or map them in a manifest recording.yaml");
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <charconv>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -8,10 +9,12 @@
 #include <yaml-cpp/yaml.h>
 
 #include "io/calibration_tree.h"
-#include "io/yaml_text.h"
 
 namespace truetriad {
 namespace {
+
+// From this size on, whole numbers written with 17 digits have an exponent.
+constexpr double kMostWhole = 1e17;
 
 template <typename Number>
 bool IsAll(std::string_view text, Number* number) {
@@ -50,10 +53,15 @@ Json TreeOf(const YAML::Node& node, std::size_t* values_left) {
 
 }  // namespace
 
-Json AsInYaml(Json tree, int digits) {
-  if (tree.is_number_float()) return PlainTree((YamlText(digits) << tree.get<double>()).str());
+Json AsInYaml(Json tree) {
+  if (tree.is_number_float()) {
+    const double number = tree.get<double>();
+    if (!std::isfinite(number)) return nullptr;
+    const bool is_whole = std::trunc(number) == number && std::abs(number) < kMostWhole;
+    return is_whole ? Json(static_cast<std::int64_t>(number)) : tree;
+  }
   if (tree.is_structured()) {
-    for (Json& item : tree) item = AsInYaml(std::move(item), digits);
+    for (Json& item : tree) item = AsInYaml(std::move(item));
   }
   return tree;
 }

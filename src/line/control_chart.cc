@@ -234,8 +234,8 @@ StationCharts ChartsOf(const LineData& data,
   });
   station.baseline_outliers.assign(outliers.begin(), outliers.end());
   if (watched.empty()) {
-    station.note = "no charts: no parameter that varies has " + std::to_string(kLeastUnits) +
-                   " units with a value";
+    station.note = "no charts: no varying parameter has values of at least " +
+                   std::to_string(kLeastUnits) + " units";
     return station;
   }
   const ChartPlan& plan = plans->try_emplace(watched.size(), options, watched.size()).first->second;

@@ -131,13 +131,14 @@ Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool
     for (const auto& [part, values] : by_part) {
       if (values.size() == most) continue;
       return Incomplete(Runs(values.size()) + " of part " + part +
-                        (appraiser.empty() ? "" : " by " + appraiser) + ", elsewhere " +
-                        std::to_string(most));
+                        (appraiser.empty() ? "" : " by " + appraiser) + ", but up to " +
+                        std::to_string(most) + " in other cells");
     }
   }
   if (most < 2) {
-    return Error(ErrorCode::kNotEnoughData,
-                 "the study has one run of each part and appraiser; repeat them");
+    return Error(
+        ErrorCode::kNotEnoughData,
+        "the study has only one run per part and appraiser; measure each part at least twice");
   }
   if (most_parts < 2) {
     return Error(ErrorCode::kNotEnoughData, "the study has one part only");

@@ -265,10 +265,10 @@ void LeaveOutDependent(const TogetherUnits& together,
 }
 
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
-  AddNote("no chart of all parameters together: it takes " +
+  AddNote("no chart of all parameters together: it needs " +
               std::to_string(kLeastUnitsOfParameter * parameters) +
-              " baseline units that are no outliers with all " + std::to_string(parameters) +
-              " parameters, and there are " + std::to_string(good),
+              " baseline units, without outliers and with all " + std::to_string(parameters) +
+              " parameters; there are " + std::to_string(good),
           station);
 }
 

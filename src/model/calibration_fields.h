@@ -53,8 +53,8 @@ void FirmwareFields(V& visit, Like<Tags> auto& tags) {
     }};
     visit.If(of != none, key, of_sensors, Style::kFlow);
   };
-  numbers("ids", tags.device_ids, 1, "must be above zero, which firmware takes for no sensor");
-  const char* const no_slot = "must be 0 or more, or -1 where no slot is free";
+  numbers("ids", tags.device_ids, 1, "must be above zero: to firmware, 0 means no sensor");
+  const char* const no_slot = "must be 0 or more, or -1 if no slot is free";
   numbers("slots", tags.device_slots, Tags::kNoSlot, no_slot);
   numbers("thermal_slots", tags.thermal_slots, Tags::kNoSlot, no_slot);
   auto& idle = tags.idle_thermal_slots;
@@ -112,7 +112,8 @@ inline std::string_view WrongCorrection(const Eigen::Matrix3d& correction,
   }
   const Eigen::Matrix3d error = correction * model.sensitivity - Eigen::Matrix3d::Identity();
   if (error.cwiseAbs().maxCoeff() < kTolerance) return "";
-  return "is not the inverse of `sensitivity`; correct the one that was changed";
+  return "is not the inverse of `sensitivity`: one of the two was edited; undo that, or make them "
+         "match";
 }
 
 template <class V>
@@ -172,7 +173,7 @@ void MountingField(V& visit, auto& mounting) {
     const std::optional<Eigen::Matrix3d> map = AxisMapFromName(name);
     if (map) mounting = *map;
     visit.Check("mounting", [&] {
-      return map ? "" : "expected signed axes such as +y+x-z, but `" + name + "` is none";
+      return map ? "" : "expected three signed axes such as +y+x-z, not `" + name + "`";
     });
   }
 }

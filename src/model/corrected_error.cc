@@ -100,7 +100,7 @@ Result<double> ReadingPerRaw(const TriadCalibration& sensor,
   return Error(ErrorCode::kUnitMismatch,
                "the " + std::string(TriadName(triad)) + "'s readings are in " + unit.name +
                    ", and its calibration takes " + sensor.input_unit +
-                   ", but nobody says how large a count is; state `si_per_count:` of the stream "
+                   ", but the size of a count is unknown; state `si_per_count:` of the stream "
                    "in the manifest of the recording in counts");
 }
 

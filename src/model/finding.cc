@@ -131,12 +131,12 @@ std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names) {
     text += (text.empty() ? "" : ", ") + (name.empty() ? "(no name)" : name);
   }
   const bool has_faces = std::find(names.begin(), names.end(), "face") != names.end();
-  return Finding(
-      FindingCode::kColumnsIgnored,
-      std::string("nothing is read from the column") + (names.size() > 1 ? "s " : " ") + text,
-      has_faces ? "state `attitudes: { six_face: {} }`, which sees by itself on which "
-                  "face the unit stood at each rest"
-                : "");
+  return Finding(FindingCode::kColumnsIgnored,
+                 "the column" + std::string(names.size() > 1 ? "s " : " ") + text +
+                     (names.size() > 1 ? " are ignored" : " is ignored"),
+                 has_faces ? "state `attitudes: { six_face: {} }`, which finds the face on which "
+                             "the unit stood at each rest from the readings"
+                           : "");
 }
 
 Finding RefusalOf(const Error& error, FindingCode code) {

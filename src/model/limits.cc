@@ -52,7 +52,7 @@ std::vector<std::string> ComponentsOf(LimitShape shape) {
 
 Error Unknown(const std::string& name, const std::string& part, const std::string& known) {
   return Error(ErrorCode::kUnknownName,
-               "limit `" + name + "`: " + part + " is no limit; known are " + known)
+               "limit `" + name + "`: " + part + " is not known; known are " + known)
       .About("limits." + name);
 }
 
@@ -118,7 +118,7 @@ Result<LimitName> ParseLimitName(const std::string& name) {
     for (const std::string& each : components) {
       known = &each == &components.front() ? each : known + ", " + each;
     }
-    return Unknown(name, "the part `" + parsed.component + "` of " + what, known);
+    return Unknown(name, "the component `" + parsed.component + "` of " + what, known);
   }
   return parsed;
 }

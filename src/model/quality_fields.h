@@ -295,9 +295,9 @@ void Fields(V& visit, Like<Quality> auto& quality) {
   visit.If(!rests.model_steps.empty(), "model_steps", rests.model_steps);
   if (!rests.temperature_settings.empty()) {
     visit.Comment(
-        "From the poses at one temperature: bias x y z, its sigma and its residual beyond the "
-        "terms, raw unit; RMS with the calibration at the reference temperature and with the "
-        "thermal terms.");
+        "From the poses at one temperature: bias x y z, its sigma and its difference from the "
+        "thermal terms, raw unit; RMS with the calibration at the reference temperature and "
+        "with the thermal terms.");
   }
   visit.If(!rests.temperature_settings.empty(), "temperature_settings", rests.temperature_settings);
   visit("rejected_poses", rests.rejected_poses);
@@ -305,7 +305,7 @@ void Fields(V& visit, Like<Quality> auto& quality) {
   visit.If(!rests.clock_offsets.empty(), "clock_offsets", rests.clock_offsets);
   if (!rests.sessions.empty()) {
     visit.Comment(
-        "Bias x y z of each session and its sigma; of which each sensor's bias is the mean.");
+        "Bias x y z of each session and its sigma; a sensor's bias is the mean of its sessions'.");
   }
   visit.If(!rests.sessions.empty(), "sessions", rests.sessions);
   visit.If(!rests.repeatability.empty(), "bias_repeatability", rests.repeatability);

@@ -175,7 +175,7 @@ Findings RemarksOf(const CalibrateOptions& options,
                    const MotionTrack& track,
                    const MotionRun& run) {
   Findings remarks = {Finding(FindingCode::kFollowedMotion,
-                              "the unit was followed through its motion: a chain of " +
+                              "the attitude was tracked through the motion: a chain of " +
                                   std::to_string(run.moments.size()) +
                                   Format(" attitudes over %.0f s", track.duration_s()))
                           .With("attitudes", static_cast<double>(run.moments.size()))

@@ -110,8 +110,8 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
     Finding& finding = findings->emplace_back(
         FindingCode::kExcessUnknown,
         NoiseComponentName(*unseen) +
-            ": these poses hold no information on pose-to-pose noise; σ uses within-rest noise "
-            "only",
+            ": these poses hold no information on pose-to-pose noise; σ include only the noise "
+            "within rests",
         "state " +
             SensorLine(TriadOf(*unseen).value_or(Triad::kGyroscope),
                        "noise: { excess: { sigma: … } }") +
@@ -264,8 +264,8 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Fi
           Finding(FindingCode::kSigmaPartlyStated,
                   std::string(TriadName(triad)) + ": " + std::to_string(seen - with_covariance) +
                       " of " + std::to_string(seen) +
-                      " poses state no sigma; those of the others are not used, noise comes from "
-                      "the residuals")
+                      " poses state no sigma; the sigmas of the others are not used, and the noise "
+                      "is estimated from the residuals")
               .About(triad)
               .With("without_sigma", seen - with_covariance)
               .With("poses", seen));
@@ -379,8 +379,8 @@ int SettleNoise(const RobustOptions& robust,
   if (robust.enabled && !weighs) {
     findings->push_back(
         Finding(FindingCode::kOutliersNotSought,
-                Format("few residual degrees of freedom (%.0f): an outlier could not be told from "
-                       "a good pose, none was looked for",
+                Format("few residual degrees of freedom (%.0f): outliers cannot be identified, and "
+                       "were not sought",
                        dof))
             .With("degrees_of_freedom", dof));
   }
@@ -388,7 +388,7 @@ int SettleNoise(const RobustOptions& robust,
     if (!noise->estimated.empty()) {
       findings->emplace_back(FindingCode::kExcessUnknown,
                              "no residual degrees of freedom: pose-to-pose noise could not be "
-                             "estimated, σ uses within-rest noise only");
+                             "estimated; σ include only the noise within rests");
     }
     for (const NoiseComponent component : noise->estimated) {
       const bool from_residuals = noise->IsFromResiduals(component);

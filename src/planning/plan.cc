@@ -201,8 +201,8 @@ Status PlanOptions::Validate() const {
       {turn_sigma_rad >= 0.0, "plan.turn_sigma_deg", "turn_sigma_deg is below zero"},
       {!calibrate.HasChoice(),
        "sensors",
-       "`auto` chooses a model from readings, and there are none yet; name the models and terms "
-       "to plan for"},
+       "`auto` chooses the model from the readings to calibrate, which a plan does not have; state "
+       "the models and terms to plan for"},
       {calibrate.attitudes.kind != AttitudeKind::kSixFace || StandsOnFaces(*this),
        "plan",
        "a six-face block rests on its faces: plan with `rotations: six-face` or cube-24, and give "

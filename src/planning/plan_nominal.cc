@@ -41,10 +41,10 @@ Status PlanProblem::ChooseNominal() {
     solved.initialise.only = false;
     TRUETRIAD_ASSIGN_OR_RETURN(auto summary, Calibrate(measured_, solved));
     if (summary.calibration.IsUsable()) calibrated_ = std::move(summary.calibration);
-    messages_.push_back(
-        calibrated_
-            ? "linearised at the calibration of the recording"
-            : "the recording is not enough for a calibration; linearised at the nominal values");
+    messages_.push_back(calibrated_
+                            ? "the prediction is linearised at the calibration of the recording"
+                            : "the recording is not enough for a calibration; the prediction is "
+                              "linearised at the nominal values");
   }
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = calibrate().triads[triad];

@@ -185,10 +185,9 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_RETURN_IF_ERROR(CheckPoseCounts(readings, options));
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
-  return Error(
-      ErrorCode::kNotEnoughData,
-      "start values are unobservable even from noise-free readings of these poses (too few "
-      "directions?); allow more poses or other rotations");
+  return Error(ErrorCode::kNotEnoughData,
+               "even noise-free readings of these poses do not determine start values (too few "
+               "directions?); allow more poses or other rotations");
 }
 
 PoseGraph PlanProblem::GraphOf(const PoseSet& poses) const {

@@ -21,7 +21,7 @@ namespace {
 
 // Chosen: exchange stops at a local optimum, so the best of 12 starts is taken.
 constexpr int kStarts = 12;
-// Chosen: most rounds in which the weights are adapted to the σ that they led to.
+// Chosen: at most so many rounds, each of which adapts the weights to the σ of the round before.
 constexpr int kWeightRounds = 8;
 // Chosen: number of rounds without a better program after which the weights count as settled.
 constexpr int kIdleRounds = 3;
@@ -31,7 +31,9 @@ constexpr int kSparingStarts = 3;
 constexpr double kAnything = 10.0;
 // Finest turn, 1 deg: no operator turns a unit more finely by hand.
 constexpr double kFinestTurnRad = kRadPerDeg;
-// A guard: sweeps end by kLeastGain or kLeastRefinement.
+// Candidates evaluated at once: their rows, about 200 of 60 unknowns, stay in the cache.
+constexpr std::size_t kAtOnce = 24;
+// A guard: usually kLeastGain or kLeastRefinement ends the sweeps.
 constexpr int kMostSweeps = 10;
 // Share by which an exchange must gain more than the pose that it replaces: smaller gains are
 // rounding, and because of them sweeps would never end.
@@ -72,21 +74,25 @@ class Vacancy {
   Choice Best(const std::vector<InformationRows>& candidates) const {
     using Small =
         Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxPoseRows, kMaxPoseRows>;
-    Eigen::Index count = 0, at = 0;
-    for (const InformationRows& rows : candidates) count += rows.rows();
-    // One product serves all candidates.
-    StackedRows stacked(count, covariance_.cols());
-    for (const InformationRows& rows : candidates) {
-      stacked.middleRows(at, rows.rows()) = rows;
-      at += rows.rows();
-    }
-    const Eigen::MatrixXd by_covariance = stacked * covariance_;
-    Eigen::MatrixXd by_weighted;
-    if (weighted_.size() > 0) by_weighted = stacked * weighted_;
-    at = 0;
     Choice best;
+    StackedRows stacked, by_covariance, by_weighted;
+    Eigen::Index at = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
       const InformationRows& rows = candidates[c];
+      if (c % kAtOnce == 0) {
+        // One matrix product serves several candidates.
+        const std::size_t end = std::min(c + kAtOnce, candidates.size());
+        Eigen::Index count = 0;
+        for (std::size_t k = c; k < end; ++k) count += candidates[k].rows();
+        stacked.resize(count, covariance_.cols());
+        at = 0;
+        for (std::size_t k = c; k < end; at += candidates[k++].rows()) {
+          stacked.middleRows(at, candidates[k].rows()) = candidates[k];
+        }
+        by_covariance.noalias() = stacked * covariance_;
+        if (weighted_.size() > 0) by_weighted.noalias() = stacked * weighted_;
+        at = 0;
+      }
       Small sum = by_covariance.middleRows(at, rows.rows()) * rows.transpose();
       sum.diagonal().array() += 1.0;
       const Eigen::LLT<Small> factor(sum);

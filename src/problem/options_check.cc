@@ -79,8 +79,8 @@ void OptionsCheck::Sensor(Triad triad) {
     Require(key,
             !has_more && !sensor.thermal.any() && sensor.g_sensitivity == Wanted::kNo,
             name +
-                ": start values are a bias and a matrix; remove the other terms, or "
-                "`initialise: { only: true }`");
+                ": `initialise: { only: true }` computes only a bias and a matrix; remove the "
+                "other terms, or that key");
   }
   Require(key + ".noise",
           sensor.excess_sigma >= 0.0 && std::isfinite(sensor.excess_sigma),
@@ -97,7 +97,9 @@ void OptionsCheck::Sensor(Triad triad) {
   Bends(triad);
   Require(key + ".thermal",
           options_.sweep || !sensor.thermal.needs_sweep(),
-          name + ": knots, lags and a regression need a sweep");
+          name +
+              ": knots, lags and a regression need a sweep; state `poses: { sweep: auto }`, or "
+              "remove them");
   const auto require_order = [&](const char* what, int order, int most) {
     Require(key + ".thermal",
             order >= 0 && order <= most,
@@ -114,14 +116,17 @@ void OptionsCheck::Bends(Triad triad) {
   if (!sensor.nonlinearity) return;
   Require(key,
           sensor.nonlinearity->IsValid(),
-          name + ": a non-linearity is above 0 and at most 10 % of a full scale above 0");
+          name +
+              ": the non-linearity must be above 0 and at most 10 % of the full scale, and the "
+              "full scale above 0");
   const Knowledge& field = triad == Triad::kAccelerometer ? options_.reference.gravity_mps2
                                                           : options_.reference.field_ut;
-  Require(
-      key,
-      triad == Triad::kGyroscope || !field.known() ||
-          sensor.nonlinearity->full_scale > *field.value,
-      name + ": its full scale is less than the field that it is in; state one end of its range");
+  Require(key,
+          triad == Triad::kGyroscope || !field.known() ||
+              sensor.nonlinearity->full_scale > *field.value,
+          name +
+              ": the full scale of its non-linearity is less than the field that it measures; "
+              "state the end of its measuring range");
   Require(key,
           !options_.initialise.only,
           name +
@@ -132,8 +137,8 @@ void OptionsCheck::Bends(Triad triad) {
           sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
               sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
           name +
-              ": quadratic and cubic terms are estimated, so that nothing of the non-linearity is "
-              "left out; remove it, or one of them");
+              ": quadratic and cubic terms are estimated, which leaves no non-linearity to state; "
+              "remove `nonlinearity`, or one of the two terms");
 }
 
 void OptionsCheck::Reference() {
@@ -173,7 +178,7 @@ void OptionsCheck::Attitudes() {
           "gauge `fixture` needs known attitudes");
   Require("attitudes",
           attitudes.kind != AttitudeKind::kSixFace || Has(Triad::kAccelerometer),
-          "six-face attitudes need the accelerometer to tell which face is up; enable it");
+          "six-face attitudes need the accelerometer to determine which face is up; enable it");
   Require("attitudes.fixture_rotation",
           !attitudes.unknown_fixture_rotation ||
               (attitudes.kind == AttitudeKind::kGiven && Has(Triad::kAccelerometer)),
@@ -200,7 +205,8 @@ void OptionsCheck::HasSomethingToEstimate() {
   Require("sensors", is_any, "no sensor is enabled: list at least one under `sensors:`");
   Require("sensors",
           !is_any || is_any_free,
-          "every parameter is held by `fixed:`, nothing is left to estimate; free one");
+          "every parameter is held by `fixed:`, so that nothing is left to estimate; free at least "
+          "one parameter");
 }
 
 void OptionsCheck::Sweep() {
@@ -238,8 +244,8 @@ void OptionsCheck::Motion() {
           "motion: spacing " + std::to_string(options_.motion->spacing_s) + " s must be >= 0");
   Require("poses.motion",
           Has(Triad::kGyroscope) && (Has(Triad::kAccelerometer) || Has(Triad::kMagnetometer)),
-          "motion: needs the gyroscope, and accelerometer or magnetometer, to track the attitude; "
-          "list both (one that is not to be calibrated as " +
+          "motion: tracking the attitude needs the gyroscope and the accelerometer or "
+          "magnetometer; list them under `sensors:` (a sensor that is not to be calibrated as " +
               SensorLine(Triad::kAccelerometer, "fixed: { matrix: identity }") + ")");
   Require("attitudes",
           options_.attitudes.kind == AttitudeKind::kNone,
@@ -256,7 +262,8 @@ void OptionsCheck::Motion() {
   }
   Require("initialise",
           !options_.initialise.only && options_.initialise.method == InitialiseMethod::kAuto,
-          "motion: only `initialise: { method: auto }` starts without rests");
+          "motion: without rests, only `initialise: { method: auto }` finds start values; state "
+          "it, or remove `initialise:`");
 }
 
 // Why a calibration lacks the quantity of this limit, and the remedy; empty if it may have it.
@@ -292,8 +299,8 @@ void OptionsCheck::Limits() {
   Require("limits", limits.guard_band_k >= 0.0, "guard band must be >= 0");
   Require("limits",
           limits.limits.empty() || !options_.initialise.only,
-          "limits: start values have no σ to be judged with; remove the limits, or `initialise: { "
-          "only: true }`");
+          "limits: start values have no σ, without which no limit can be judged; remove the "
+          "limits, or `initialise: { only: true }`");
   bool is_any_there = limits.limits.empty();
   for (const auto& [name, limit] : limits.limits) {
     const auto parsed = ParseLimitName(name);
@@ -304,7 +311,8 @@ void OptionsCheck::Limits() {
   }
   Require("limits",
           is_any_there,
-          "limits: none of them is of what is calibrated; state limits of these sensors");
+          "limits: this calibration has none of the limited quantities; state limits of calibrated "
+          "sensors");
 }
 
 void OptionsCheck::Rest() {

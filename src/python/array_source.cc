@@ -52,7 +52,11 @@ Status SettleStream(const std::string& name, ArrayStream* stream) {
       stream->time_ns.begin(), stream->time_ns.end(), [](auto a, auto b) { return b < a; });
   if (back != stream->time_ns.end()) {
     const auto row = stream->row[static_cast<std::size_t>(back - stream->time_ns.begin()) + 1];
-    return AtRow(name, *stream, row, ErrorCode::kTimeGoesBack, "time goes back; sort the readings");
+    return AtRow(name,
+                 *stream,
+                 row,
+                 ErrorCode::kTimeGoesBack,
+                 "the time is before the previous reading's; sort the readings by time");
   }
   return {};
 }

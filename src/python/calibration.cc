@@ -88,8 +88,9 @@ void CheckTime(const Doubles& time) {
           "time " + std::to_string(i) + " is " + std::to_string(values[i]) + "; expected seconds"));
     }
     if (i > 0 && values[i] < values[i - 1]) {
-      Raise(Error(ErrorCode::kTimeGoesBack,
-                  "time " + std::to_string(i) + " goes back; sort the readings"));
+      Raise(Error(
+          ErrorCode::kTimeGoesBack,
+          "time " + std::to_string(i) + " is before the previous one; sort the readings by time"));
     }
   }
 }
@@ -140,7 +141,7 @@ py::array OutputLike(const Doubles& readings, const std::optional<py::array>& ou
   const bool is_apart = !before(from, readings.data() + readings.size()) ||
                         !before(readings.data(), from + readings.size());
   if (from != readings.data() && !is_apart) {
-    RaiseUsage("out overlaps the readings; give the readings themselves, or another array");
+    RaiseUsage("`out` overlaps the readings; pass the readings array itself or a separate array");
   }
   return *out;
 }
@@ -169,8 +170,8 @@ py::array Correct(const HeldSensor& sensor,
   if (sensor.needs_time() && !time && correction.count > 1) {
     Raise(Error(ErrorCode::kMissingTime,
                 "the calibration of the " + name +
-                    " follows the rate of temperature, or with a lag; give the time of each "
-                    "reading, s"));
+                    " depends on the rate of temperature, or follows temperature with a lag; give "
+                    "the time of each reading, s"));
   }
   if (sensor.needs_temperature() && temperature) CheckTemperature(*temperature);
   if (sensor.needs_time() && time) CheckTime(*time);
@@ -249,7 +250,7 @@ py::bytes PickleOf(const Calibration& calibration) { return CalibrationToYaml(ca
 HeldSensor UnpickledSensor(const py::tuple& state) {
   const std::optional<Triad> triad = TriadFromName(state[1].cast<std::string>());
   const HeldCalibration of = Unpickled(state[0].cast<py::bytes>());
-  if (!triad || !of.value->sensors[*triad]) RaiseUsage("is no pickled Sensor");
+  if (!triad || !of.value->sensors[*triad]) RaiseUsage("the data are not a pickled Sensor");
   return {of.value, *triad};
 }
 
@@ -329,9 +330,9 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
                     s.value().input_unit + " -> " + s.value().output_unit + ">";
            })
       .def_property_readonly(
-          "input_unit", stated(&TriadCalibration::input_unit), "Of raw readings.")
+          "input_unit", stated(&TriadCalibration::input_unit), "Unit of raw readings.")
       .def_property_readonly(
-          "output_unit", stated(&TriadCalibration::output_unit), "Of corrected readings.")
+          "output_unit", stated(&TriadCalibration::output_unit), "Unit of corrected readings.")
       .def_property_readonly(
           "bias", [](const HeldSensor& s) { return s.value().model.bias; }, "(3,), raw unit.")
       .def_property_readonly(
@@ -365,7 +366,7 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
 
 readings: (N, 3) or (3,), in input_unit. A C-contiguous float64 array is read where it is.
 temperature: degC, one number or (N,); needed with temperature terms, clamped to their range.
-time: s, (N,), increasing; needed where terms follow the rate of temperature, or with a lag.
+time: s, (N,), not decreasing; needed if terms depend on the rate of temperature, or on a lag.
 specific_force: m/s^2, (N, 3) or (3,), corrected; needed with g-sensitivity.
 out: where the result goes; may be readings itself.
 Returns the shape of readings, in output_unit. Raises Usage for shapes, BadInput for what is missing.)");
@@ -379,7 +380,7 @@ void BindCalibration(py::module_& module) {
   const auto sensor = [](Triad triad) {
     return [triad](const HeldCalibration& c) { return SensorOf(c, triad); };
   };
-  constexpr char kSensor[] = "The Sensor; None where it is not calibrated.";
+  constexpr char kSensor[] = "The Sensor; None if it is not calibrated.";
   py::class_<HeldCalibration> calibration(module, "Calibration", R"(What calibration.yaml holds.
 
 A calibration that is not usable (exit code 3 of the command line) has no sensors and no covariance; its
@@ -391,8 +392,8 @@ findings say why.)");
       .def_property_readonly(
           "verdict",
           [](const HeldCalibration& c) { return VerdictName(c.value->verdict()); },
-          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, with nothing to judge it "
-          "by.")
+          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, neither passed nor "
+          "failed.")
       .def_property_readonly(
           "status",
           [](const HeldCalibration& c) { return OutcomeName(c.value->outcome); },
@@ -400,11 +401,11 @@ findings say why.)");
       .def_property_readonly(
           "usable",
           [](const HeldCalibration& c) { return c.value->IsUsable(); },
-          "Whether it may be used; exit code 3 of the command line where not.")
+          "Whether it may be used; if not, the command line ends with exit code 3.")
       .def_property_readonly(
           "within_limits",
           [](const HeldCalibration& c) { return c.value->within_limits; },
-          "None where no limits are set.")
+          "Whether every limit is met; None if no limits are set.")
       .def_property_readonly(
           "findings",
           [](const HeldCalibration& c) { return c.value->findings; },
@@ -412,7 +413,7 @@ findings say why.)");
       .def_property_readonly(
           "serial",
           [](const HeldCalibration& c) { return Printable(c.value->serial); },
-          "Of the unit; empty where the log has none.")
+          "Serial number of the unit; empty if the log has none.")
       .def_property_readonly("_covariance",
                              [](const HeldCalibration& c) {
                                const NamedCovariance& covariance = c.value->covariance;
@@ -432,7 +433,8 @@ findings say why.)");
       .def("save",
            &Save,
            py::arg("path"),
-           "Writes calibration.yaml, whole or not at all. Raises BadInput where it cannot.")
+           "Writes calibration.yaml, completely or not at all. Raises BadInput if it cannot be "
+           "written.")
       .def("report", &Report, py::arg("path"), "Writes the report, one HTML page.")
       .def(py::pickle([](const HeldCalibration& c) { return PickleOf(*c.value); }, &Unpickled))
       .def("__str__", [](const HeldCalibration& c) { return Printable(HeadOf(*c.value)); })

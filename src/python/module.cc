@@ -11,7 +11,7 @@ PYBIND11_MODULE(_truetriad, module) {
     FLAGS_logtostderr = true;
     FLAGS_minloglevel = google::GLOG_FATAL;
   }
-  module.doc() = "What truetriad for Python is made of; import truetriad.";
+  module.doc() = "The compiled part of truetriad for Python; import truetriad instead.";
   module.attr("version") = truetriad::Version();
   truetriad::python::BindCalibration(module);
   truetriad::python::BindVerbs(module);

@@ -103,7 +103,7 @@ RecordingOpener OpenerOf(const Recordings& recordings) {
     const auto found = by_name.find(input);
     if (found == by_name.end()) {
       return Error(
-          ErrorCode::kUnreadableFile, {input}, "is none of the recordings that were given");
+          ErrorCode::kUnreadableFile, {input}, "is not one of the recordings that were given");
     }
     return OpenArrays(found->second);
   };
@@ -146,10 +146,11 @@ Result<HeldCalibration> RunCalibrate(Texts inputs,
     TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadStated(config));
     if (inputs.empty()) inputs = experiment.inputs;
     if (inputs.empty()) {
-      return Error(ErrorCode::kMissingArgument, "no recording; name one, or add `input:`");
+      return Error(ErrorCode::kMissingArgument,
+                   "no recording; give one, or add `input:` to the config");
     }
   } else {
-    if (inputs.empty()) return Error(ErrorCode::kMissingArgument, "no recording; name one");
+    if (inputs.empty()) return Error(ErrorCode::kMissingArgument, "no recording; give one");
     const std::string beside = opener ? std::string() : inputs.front() + ".truetriad";
     const std::string of_result = folder ? folder->string() : beside;
     TRUETRIAD_ASSIGN_OR_RETURN(FirstLook look,
@@ -320,7 +321,7 @@ py::tuple SimulateVerb(const Document& document, int unit, const py::object& pro
     if (unit < 0 || unit >= scenario.count) {
       return Error(ErrorCode::kInvalidArgument,
                    "unit " + std::to_string(unit) + " is not one of the scenario's " +
-                       std::to_string(scenario.count) + "; units count from 0");
+                       std::to_string(scenario.count) + "; units are numbered from 0");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> simulation,
                                Simulation::Create(scenario, unit));

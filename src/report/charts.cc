@@ -133,7 +133,7 @@ Drawing LimitDrawing(const std::vector<LimitCheck>& limits) {
   }
   return {svg.Finish(),
           "Worst value for each limit (bar) with ±2σ (line), compared with the limit; in another "
-          "colour its guard band, where one is set."};
+          "colour its guard band, if one is set."};
 }
 
 Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
@@ -241,8 +241,8 @@ Drawing HeadingDrawing(const Calibration& calibration) {
     raw.series.back().Add(heading, raw_deg);
   }
   return {Chart("Heading error round the compass", {raw, corrected}),
-          "Heading of the unit held level, round the compass, its tilt by the accelerometer: error "
-          "of raw readings, and that by the σ of the parameters."};
+          "Heading error of a level unit turned through 360°, with its tilt from the "
+          "accelerometer: for raw readings, and as expected from the σ of the parameters."};
 }
 
 namespace {
@@ -386,15 +386,16 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
     residuals.DrawAxis(axis, &frame, &svg);
   }
   DrawNormalPlot(residuals.Normalized(), {560.0, kPanel.top, 190.0, all}, &svg);
-  return {svg.Finish(),
-          title +
-              ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
-              "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
-              "Right: " +
-              (triad == Triad::kGyroscope ? "axes" : "lengths") +
-              " in σ against the normal distribution, dashed if both agree; far ones on the edge "
-              "with their value.",
-          std::string(TriadName(triad))};
+  return {
+      svg.Finish(),
+      title +
+          ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
+          "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
+          "Right: " +
+          (triad == Triad::kGyroscope ? "axes" : "lengths") +
+          " in σ against the normal distribution: on the dashed line if both agree; far ones on "
+          "the edge, with their value.",
+      std::string(TriadName(triad))};
 }
 
 Drawing TurnDrawing(const RestQuality& quality) {

@@ -94,7 +94,7 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
   std::vector<std::string> names;
   for (const Triad triad : evaluation.not_tested) names.emplace_back(TriadName(triad));
   if (!names.empty()) {
-    tested += " NOT TESTED, since the recording has no rests of it: " + Listed(names) + ".";
+    tested += " NOT TESTED: " + Listed(names) + ", of which the recording has no rests.";
   }
   switch (VerdictOf(evaluation)) {
     case PredictionVerdict::kNotEvaluated:
@@ -107,7 +107,9 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
               "prove nothing; evaluate another one",
               tested};
     case PredictionVerdict::kNoPrediction:
-      return {Grade::kCaution, "EVALUATED, but no prediction to compare with", tested};
+      return {Grade::kCaution,
+              "EVALUATED, but there is no noise from which to predict the errors",
+              tested};
     case PredictionVerdict::kAsPredicted:
       if (WorstErrorRatio(evaluation).value_or(0.0) > kExpectedErrorRatio) {
         return {
@@ -128,9 +130,9 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const auto& before = evaluation.norm_rms_before[triad];
     if (!before || !(*evaluation.norm_rms[triad] > *before)) continue;
-    tested += " Uncalibrated the " + std::string(TriadName(triad)) +
-              "'s errors are smaller: a calibration of another unit, exchanged or reversed axes, "
-              "or a log that was corrected already?";
+    tested += " The uncalibrated " + std::string(TriadName(triad)) +
+              "'s errors are smaller: check for a calibration of another unit, exchanged or "
+              "reversed axes, or a log that was corrected already.";
     break;
   }
   return {Grade::kBad,
@@ -146,8 +148,8 @@ VerbReport ReportOf(const EvaluationSummary& evaluation,
                     const std::vector<std::string>& about) {
   Section errors{"Errors on these poses", {TableOf(evaluation)}};
   errors.Add(
-      "Misfit is 1 where the errors are as predicted. It counts errors common to all poses once, "
-      "such as that of the local gravity, which the RMS count at every pose.");
+      "Misfit is 1 if the errors are as predicted. An error common to all poses, such as that of "
+      "local gravity, counts once in the misfit but at every pose in the RMS.");
   for (const Triad triad : kTriads) {
     if (!evaluation.about_mean[triad]) continue;
     errors.Add("The " + std::string(TriadName(triad)) + "'s error is stated about the mean: " +
@@ -163,8 +165,8 @@ VerbReport ReportOf(const EvaluationSummary& evaluation,
   }
   if (evaluation.angle_ratio) {
     errors.Add(
-        "The angle between field and gravity is one over all poses in a uniform field: its "
-        "spread.");
+        "In a uniform field the angle between field and gravity is the same at all poses; the "
+        "table states its spread.");
   }
   if (evaluation.turns) {
     const EvaluatedTurns& turns = *evaluation.turns;
@@ -196,9 +198,9 @@ VerbReport ReportOf(const EvaluationSummary& evaluation,
 namespace {
 
 std::string WordsOf(const ErrorOfTwo& error, const SideBySide& both) {
-  if (error.name == "accelerometer") return "Accelerometer, off gravity";
+  if (error.name == "accelerometer") return "Accelerometer, from gravity";
   if (error.name == "accelerometer-spread") return "Accelerometer, about its mean";
-  if (error.name == "magnetometer") return "Magnetometer, off the field";
+  if (error.name == "magnetometer") return "Magnetometer, from the field";
   if (error.name == "magnetometer-spread") return "Magnetometer, about its mean";
   if (error.name == "angle") return "Angle, field to gravity";
   if (error.name == "gyroscope") return "Gyroscope, at rest";
@@ -223,7 +225,7 @@ Headline HeadlineFor(const SideBySide& both) {
   for (const auto& [evaluation, name] : {std::pair(&both.a, "A"), std::pair(&both.b, "B")}) {
     if (evaluation->is_own) {
       explanation += (explanation.empty() ? "" : " ") + std::string(name) +
-                     " was made from this recording, which flatters it; evaluate both on another.";
+                     " was made from this recording, which favours it; evaluate both on another.";
     }
   }
   const std::string poses = Counted(both.a.poses, "pose");
@@ -249,7 +251,7 @@ Headline HeadlineFor(const SideBySide& both) {
   return {Grade::kNeutral,
           both.errors.empty()
               ? "NOT COMPARED: the recording has no poses of a sensor that both have"
-              : "NO DIFFERENCE by more than chance and a tenth on these " + poses,
+              : "NO DIFFERENCE beyond both a tenth and chance on these " + poses,
           explanation};
 }
 
@@ -280,8 +282,8 @@ VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& abou
   if (both.field_ut) {
     held += " and a field of " + Significant(*both.field_ut, 4) + " " +
             TruthUnit(Triad::kMagnetometer) +
-            ", which is that of another place unless the recording was taken where the "
-            "calibration was: it decides nothing, the length about its mean does";
+            ", which is valid only at the place of calibration, so the spread of the length "
+            "about its mean decides instead";
   }
   content.sections.push_back(
       {"Errors on these poses",
@@ -331,8 +333,8 @@ VerbReport ReportOf(const Comparison& comparison, const std::vector<std::string>
   }
   if (comparison.field_scale_taken_out) {
     head.Add(
-        "The field strength was nominal in at least one of them, so the magnetometer's common "
-        "scale was removed before comparing.");
+        "The field strength was nominal in at least one of the two calibrations, so the "
+        "magnetometer's common scale was removed before comparing.");
   }
   if (!head.blocks.empty()) content.sections.push_back(std::move(head));
   Table table = Headed("parameter; a; b; difference a - b; in σ", "lrrrr");
@@ -346,11 +348,12 @@ VerbReport ReportOf(const Comparison& comparison, const std::vector<std::string>
   content.sections.push_back(
       {"Differences",
        {std::move(table),
-        comparison.frames_differ
-            ? "Different sensors fix the body frames, so what no frame changes is compared: biases "
-              "and C^T C (gram); the two are assumed to be independent."
-            : "The body frames are aligned before comparing; the two are assumed to be "
-              "independent."},
+        comparison.frames_differ ? "The body frames are defined by different sensors, so only "
+                                   "quantities independent of the frame are compared: biases and "
+                                   "C^T C (gram); the two calibrations are assumed to be "
+                                   "independent."
+                                 : "The body frames are aligned before comparing; the two "
+                                   "calibrations are assumed to be independent."},
        [&comparison] { return std::vector{DifferenceDrawing(comparison.entries)}; }});
   return ReportOf(content);
 }

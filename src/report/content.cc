@@ -46,7 +46,7 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     }
   }
   if (noise.turn_excess_sigma_rad > 0.0) {
-    text += "; turns plus " + Significant(kDegPerRad * noise.turn_excess_sigma_rad, 2) +
+    text += "; plus turn noise of " + Significant(kDegPerRad * noise.turn_excess_sigma_rad, 2) +
             "° about each axis (excess σ)";
   }
   return text + ".";
@@ -154,12 +154,12 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
   }
   section.Add(std::move(table));
   section.Add(
-      "In true units, so a bias is divided by its gain. P outside: the probability that a "
-      "true value is beyond its limit, of any axis and at its worst temperature.");
+      "In true units, so a bias is divided by its gain. P outside: the probability that the "
+      "true value is outside its limit on any axis, each axis at its worst temperature.");
   // Files of earlier versions state no guard band.
   if (const double k = limits.front().guard_band_k; k > 0.0) {
-    section.Add("A guard band is set: a value passes only if it is inside its limit by " +
-                Significant(k, 3) + " σ, so within what stands in brackets.");
+    section.Add("A guard band is set: a value passes only if it is inside its limit by at least " +
+                Significant(k, 3) + " σ, that is, within the limit in brackets.");
   }
   section.draw = [limits] { return std::vector{LimitDrawing(limits)}; };
   return section;
@@ -214,8 +214,9 @@ Section FindingsSection(const Calibration& calibration) {
           std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
       // Listing one more takes no more room than a line that counts it.
       if (code != FindingCode::kMessage && shown[code] == kFewAlike && left[code] > 1) {
-        section.Add(Bullet{
-            std::to_string(left[code]) + " more like the last; calibration.yaml has all", tag});
+        section.Add(Bullet{std::to_string(left[code]) +
+                               " more findings like the last one; calibration.yaml lists all",
+                           tag});
         left[code] = 0;
       }
       if (left[code] == 0) continue;
@@ -245,7 +246,8 @@ void AddCorrections(const Calibration& calibration, Section* section) {
   }
   if (has_more) {
     section->Add(
-        "At the reference temperature, without the further terms above; `export` writes all.");
+        "These hold at the reference temperature, without the further terms above; `export` also "
+        "writes those that its format can hold.");
   }
 }
 
@@ -410,7 +412,7 @@ Headline HeadlineOf(const Calibration& calibration) {
                 head + "start values only, as requested",
                 "The start values were not refined; no uncertainty available."};
       }
-      return {Grade::kNeutral, head + "usable, with nothing to judge it by", std::string(kUsable)};
+      return {Grade::kNeutral, head + "usable, neither passed nor failed", std::string(kUsable)};
     case Verdict::kPass:
       return {
           Grade::kGood,

@@ -84,17 +84,18 @@ Section StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
     values.Add() << ""
                  << "correlation" << Significant(stream.correlation_inflation, 3) << "";
   }
-  return {"Streams",
-          {counts,
-           values,
-           "Noise is the σ of one sample within rests; correlation is the factor on the variance "
-           "of means (1 = white)."},
-          [&poses, &tried] {
-            return std::vector{TimelineDrawing(
-                poses,
-                tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>(),
-                /*leads_to_rows=*/false)};
-          }};
+  return {
+      "Streams",
+      {counts,
+       values,
+       "Noise is the σ of one sample within rests; correlation is the factor by which correlated "
+       "noise increases the variance of a mean (1: white noise)."},
+      [&poses, &tried] {
+        return std::vector{TimelineDrawing(
+            poses,
+            tried ? tried->quality.rests.rejected_poses : std::vector<RejectedPose>(),
+            /*leads_to_rows=*/false)};
+      }};
 }
 
 /// Decimals that show the largest mean of `triad` to six digits. One number for a whole table keeps
@@ -168,8 +169,8 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
        "Directions are relative to the middle of the range of the readings and count as distinct "
        "if " +
            Significant(kDistinctDeg, 2) +
-           " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest cap "
-           "of the sphere without a direction."},
+           " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest circle "
+           "on the sphere that contains no direction."},
       [directions] {
         return OfEachSensor([&](Triad triad) {
           return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad) : Drawing();

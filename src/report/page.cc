@@ -147,6 +147,15 @@ void AppendHeader(const Table& table, std::size_t column, std::string* html) {
            EscapeMarkup(words) + "</th>";
 }
 
+/// A value may be broken before its "±", not after it.
+std::string WithSigmaWhole(std::string cell) {
+  constexpr std::string_view kSpaced = " ± ", kWhole = " ±\u00a0";
+  if (const std::size_t at = cell.find(kSpaced); at != std::string::npos) {
+    cell.replace(at, kSpaced.size(), kWhole);
+  }
+  return cell;
+}
+
 void AppendRow(const Table& table, std::size_t row, std::string* html) {
   *html += "<tr";
   if (!table.ids.empty()) *html += " id=\"" + EscapeMarkup(table.ids[row]) + '"';
@@ -159,7 +168,7 @@ void AppendRow(const Table& table, std::size_t row, std::string* html) {
     // The first cell of a row names the row.
     const bool is_name = c == 0 && !cells[c].empty();
     *html += (is_name ? "<th scope=\"row\"" : "<td") + ClassAttribute(style) + '>' +
-             EscapeMarkup(cells[c]) + (is_name ? "</th>" : "</td>");
+             EscapeMarkup(WithSigmaWhole(cells[c])) + (is_name ? "</th>" : "</td>");
   }
   *html += "</tr>\n";
 }
@@ -345,8 +354,8 @@ std::string PoseDetails(const Calibration& calibration) {
     const bool has_rests =
         calibration.IsUsable() && calibration.mode == Mode::kPoses && quality.poses > 0;
     return has_rests ? Element("p",
-                               "This calibration file has so many poses that it does not hold "
-                               "each: they are in the page that `calibrate` wrote.")
+                               "This calibration file lists no residuals of single poses, so "
+                               "there is no table of poses.")
                      : "";
   }
   if (!HasPoseRows(calibration)) {

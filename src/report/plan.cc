@@ -182,7 +182,8 @@ std::string UnitOf(const Plan& plan, const std::string& group) {
 }
 
 Table WantedTable(const Plan& plan) {
-  Table table = Headed("wanted; result; at most; reached; unit; poses for this alone", "llrrlr");
+  Table table =
+      Headed("wanted; result; at most; reached; unit; poses needed for this alone", "llrrlr");
   for (const WantedSigma& item : plan.wanted) {
     const std::string unit = UnitOf(plan, item.group);
     table.Add() << Spoken(item.group) << (item.met ? "pass" : "FAIL")
@@ -223,13 +224,14 @@ std::vector<Block> NoiseBlocks(const Plan& plan) {
 std::string RandomText(const Plan& plan) {
   const RandomComparison& random = *plan.random;
   const std::string count = std::to_string(plan.program.poses.size());
-  std::string text =
-      "σ of " + count + " random poses is " + Significant(random.gain, 3) +
-      " times as large (geometric mean over all " + std::to_string(plan.sigmas.size()) +
-      " quantities; median of " + std::to_string(random.draws) + " draws, half of them between " +
-      Significant(random.gain_low, 3) + " and " + Significant(random.gain_high, 3) + ").";
+  std::string text = count + " random poses would give σ " + Significant(random.gain, 3) +
+                     " times as large (geometric mean over all " +
+                     std::to_string(plan.sigmas.size()) + " quantities; median of " +
+                     std::to_string(random.draws) + " random sets, half of them between " +
+                     Significant(random.gain_low, 3) + " and " + Significant(random.gain_high, 3) +
+                     ").";
   if (random.equal_poses) {
-    text += " These poses are worth " + std::to_string(*random.equal_poses) + " random ones.";
+    text += " " + std::to_string(*random.equal_poses) + " random poses would give the same σ.";
   }
   return text;
 }

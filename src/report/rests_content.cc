@@ -109,9 +109,9 @@ Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
   if (table.rows.empty()) return section;
   section.Add(std::move(table));
   section.Add(
-      "RMS and worst error over all directions of gravity and field; in degrees: of the direction. "
-      "Raw: in nominal units, as the log has them. Corrected: by the σ of the parameters; the "
-      "noise of a reading comes on top.");
+      "RMS and worst error over all directions of gravity and field; the last columns: RMS error "
+      "of the direction. Raw: of the readings at their nominal scale. Corrected: as expected from "
+      "the σ of the parameters; the noise of a reading is not included.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
     section.Add("Misalignment of the " + std::string(TriadName(triad)) +
@@ -228,8 +228,8 @@ Section LeftOutSection(const Quality& quality) {
   if (quality.left_out_tests.empty()) return section;
   section.Add(
       "A fault that is significant in the residuals is corrected or widens σ; see the findings. κ: "
-      "how far an undetectable effect could shift a parameter: a fault at 3 σ of its own shifts "
-      "some parameter by 3 κ of its σ. Where κ is large, add more, and more varied, poses.");
+      "shift of the most affected parameter, in its σ, for one σ of the fault; an undetectable "
+      "fault of 3 σ shifts it by 3 κ σ. Where κ is large, add more, and more varied, poses.");
   Table table = Headed("sensor; fault; p; ; κ", "llrlr");
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.Add() << TriadTitle(test.triad) << test.term << Probability(test.p_value)
@@ -246,7 +246,7 @@ Section ModelChoiceSection(const Quality& quality) {
   section.Add("Chosen: " + quality.rests.model_choice.front().description + ".");
   section.Add(
       "The table lists the chosen model, then those that differ from it by one step. A term is "
-      "included if p of the likelihood ratio is below 0.1 % (not so thermal terms), else if three "
+      "included if p of the likelihood ratio is below 0.1 % (except thermal terms), else if three "
       "criteria agree: p below 1 % (for thermal terms of a bias: p of the F test against the "
       "scatter between temperatures), a lower BIC, and a lower error on held-out poses and turns "
       "(RMS, in units of their noise; for thermal terms, holding out one temperature at a time).");
@@ -277,7 +277,8 @@ Section HeldOutSection(const Calibration& calibration) {
   const HeldOut& held_out = *quality.rests.held_out;
   section.Add("Each of " + std::to_string(held_out.folds) +
               " groups of poses was predicted by a calibration from the others: this is the error "
-              "to expect on new poses. A ratio well above 1 means that the model fits the noise.");
+              "to expect on new poses. A ratio well above 1 means that the model fits the noise "
+              "(overfitting).");
   Table table = Headed("RMS of |C(y - b)| - reference; held out; in sample; ratio; unit", "lrrrl");
   for (const Triad triad : kTriads) {
     const std::optional<double>&rms = held_out.rms[triad],
@@ -359,9 +360,9 @@ void AddSessions(const RestQuality& quality,
   if (table.rows.empty()) return;
   section->Add(std::move(table));
   section->Add(
-      "The bias above is the mean of the sessions. Repeatability is how they scatter beyond their "
-      "own σ; next session is how far the bias will be from the mean when the unit is switched on "
-      "again.");
+      "The bias above is the mean of the sessions. Repeatability: scatter of their biases beyond "
+      "their own σ. Next session: expected deviation of the bias from the mean after the unit is "
+      "switched on again.");
 }
 
 Section CoverageSection(const Calibration& calibration) {
@@ -382,7 +383,7 @@ Section CoverageSection(const Calibration& calibration) {
   section.Add(std::move(table));
   section.Add(
       "Spread: eigenvalues of the mean of u uᵀ over the pose directions u; 0.333 each if even. "
-      "Gap: radius of the largest cap of the sphere without a direction.");
+      "Gap: radius of the largest circle on the sphere that contains no direction.");
   section.draw = [&calibration] {
     std::vector<Drawing> drawings =
         OfEachSensor([&](Triad triad) { return CoverageDrawing(calibration.quality, triad); });

@@ -104,7 +104,7 @@ void AddRegression(const SweepAxis& axis, Section* section) {
   const SweepRegression& regression = *axis.regression;
   section->Add(Subtitle{"Second-order regression: " + AxisTitle(axis)});
   section->Add(
-      std::to_string(regression.windows) + " windows have all factors; RMS residual " +
+      std::to_string(regression.windows) + " windows have values of all factors; RMS residual " +
       Significant(regression.rms, 3) +
       ". r: reading in the attitude; tau: temperature minus reference temperature; T': its rate; "
       "A, A': the same for the ambient temperature. A term enters below p = " +
@@ -228,9 +228,10 @@ void AddOverTemperature(const Calibration& calibration, Triad triad, Section* se
   section->Add(SurfaceTable(calibration, triad));
   for (int axis = 0; axis < 3; ++axis) {
     if (!FollowsThePast(calibration, triad, axis)) continue;
-    section->Add(title + " " + AxisLetter(axis) +
-                 ": its lag is long, so the bias depends on past temperatures and no table or map "
-                 "over present ones can show it.");
+    section->Add(
+        title + " " + AxisLetter(axis) +
+        ": its lag is long: the bias depends on past temperatures, so that no table or map over "
+        "the present temperature can show it.");
   }
 }
 
@@ -245,8 +246,9 @@ Section SweepSection(const Calibration& calibration) {
       std::to_string(quality.poses) + " windows of time. Held out: each of " +
       std::to_string(axes.front().folds) +
       " blocks of time predicted from the others, with lags estimated each time; for comparison, a "
-      "plain cubic in temperature. Heating minus cooling: the difference between the two that "
-      "remains with a polynomial in temperature alone, and with the terms below.");
+      "plain cubic in temperature. Heating minus cooling: the mean difference between their "
+      "residuals at equal temperature, with a polynomial in temperature alone and with the terms "
+      "below.");
   section.Add(ErrorTable(calibration));
   section.Add(TermsTable(quality));
   for (const SweepAxis& axis : axes) {
@@ -285,9 +287,9 @@ Section SoakSection(const Calibration& calibration) {
     if (section.blocks.empty()) {
       section.Add(
           "Bias from the poses at each temperature alone, all else fixed, minus the bias from the "
-          "thermal terms: differences well beyond their σ call for a higher order. Before and "
-          "after: RMS of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the "
-          "calibration at the reference temperature and at each pose's own.");
+          "thermal terms: differences well beyond their σ call for a higher order. Before: RMS "
+          "of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the calibration "
+          "at the reference temperature; after: with that at each pose's own temperature.");
     }
     Table table = Headed(TriadTitle(triad) + "; poses", "lrrrrrr");
     for (const char axis : kAxisLetters) {

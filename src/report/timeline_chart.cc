@@ -271,12 +271,10 @@ Drawing TimelineDrawing(const PoseSet& poses,
   Timeline timeline(poses, rejected, leads_to_rows);
   if (timeline.IsEmpty()) return {};
   const std::string shaded = poses.sweep.temperature.empty() ? "rests" : "windows of the sweep";
-  return {
-      timeline.Draw(),
-      "Range of the readings of each axis in each interval of time. Shaded: " + shaded +
-          (HasNumbers(poses) ? ", with their numbers" : "") +
-          "; crosses: those with readings that the calibration rejects; in another colour: left "
-          "out."};
+  return {timeline.Draw(),
+          "Range of the readings of each axis in each interval of time. Shaded: " + shaded +
+              (HasNumbers(poses) ? ", with their numbers" : "") +
+              "; crosses: rests with rejected readings; in another colour: intervals left out."};
 }
 
 }  // namespace truetriad

@@ -185,10 +185,10 @@ struct Way {
     return experiment;
   }
   std::string_view words() const {
-    return kind == PoseSelectionKind::kMotion     ? "followed through its motion"
-           : kind == PoseSelectionKind::kEveryRow ? "taken row by row"
-           : ignores_gyroscope ? "taken for rests without the gyroscope, which is not asked for"
-                               : "taken for rests";
+    return kind == PoseSelectionKind::kMotion     ? "calibrated by its motion"
+           : kind == PoseSelectionKind::kEveryRow ? "calibrated row by row"
+           : ignores_gyroscope ? "calibrated from rests that are detected without the gyroscope"
+                               : "calibrated from rests";
   }
   std::string remedy() const {
     return kind == PoseSelectionKind::kMotion     ? "state `poses: { motion: { spacing_s: 0.1 } }`"
@@ -284,16 +284,17 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
     if (!other) continue;
     const Finding* const why_not = WhatIsLacking(other->calibration);
     if (why_not != nullptr) {
-      why->text +=
-          "; " + std::string(way.words()) + ", it gives no result either (" + why_not->text + ")";
+      why->text += "; if " + std::string(way.words()) + ", the recording gives no result either (" +
+                   why_not->text + ")";
       if (why_not->remedy != why->remedy) why->remedy += "; or " + why_not->remedy;
       continue;
     }
     if (!Acts(Mechanism::kOtherWay)) break;
-    other->calibration.findings.emplace_back(FindingCode::kFollowedMotion,
-                                             "the recording was " + std::string(way.words()) +
-                                                 ", since else there is no result: " + why->text,
-                                             way.remedy());
+    other->calibration.findings.emplace_back(
+        FindingCode::kFollowedMotion,
+        "the recording was " + std::string(way.words()) +
+            ", since it gives no result otherwise: " + why->text,
+        way.remedy());
     return other;
   }
   return likeliest;

@@ -51,7 +51,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"
-      "  # Anywhere on the Earth; known better, all gains are: state yours with no sigma, or\n"
+      "  # Holds anywhere on Earth; no gain is known better. State yours without sigma, or\n"
       "  # `position: { latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-31 }`\n"
       "  gravity_mps2: { value: 9.80665, sigma: 0.02 }\n";
   if (has_magnetometer) {

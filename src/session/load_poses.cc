@@ -323,8 +323,8 @@ Status CheckOneRecordingKeys(const Experiment& experiment) {
   for (const Rule& rule : {
            Rule{poses.kind == PoseSelectionKind::kMotion || poses.kind == PoseSelectionKind::kSweep,
                 "poses",
-                "follows one recording",
-                "give one, or calibrate from rests"},
+                "with `motion` or `sweep` applies to one recording only",
+                "give one recording, or calibrate from rests"},
            Rule{poses.kind == PoseSelectionKind::kRanges,
                 "poses",
                 "names rows of one file",
@@ -335,12 +335,12 @@ Status CheckOneRecordingKeys(const Experiment& experiment) {
                 "use `exclude_poses:`"},
            Rule{!poses.known_motions.turns_file.empty(),
                 "turns",
-                "are places in one recording",
-                "give one, or remove it"},
+                "are given by poses, rows or times of one recording",
+                "give one recording, or remove the key"},
            Rule{!poses.known_motions.rates_file.empty(),
                 "rates",
-                "are places in one recording",
-                "give one, or remove it"},
+                "are given by poses, rows or times of one recording",
+                "give one recording, or remove the key"},
        }) {
     if (!rule.is_broken) continue;
     return Error(ErrorCode::kInvalidExperiment,
@@ -361,8 +361,8 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
     return Error(ErrorCode::kDoesNotMatch,
                  {more.poses.source},
                  "`si_per_count` of the " + std::string(TriadName(stream.triad)) +
-                     " is not that of " + first.poses.source +
-                     "; sessions are of one unit, so state the same");
+                     " differs from that of " + first.poses.source +
+                     "; all sessions are of one device, so state the same value");
   }
   return {};
 }
@@ -401,7 +401,7 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
     return Error(ErrorCode::kConflictingArguments,
                  {inputs[sessions.size() - 1]},
                  "has readings of " + inputs[k] + " (" + std::to_string(shared) +
-                     " poses are the same to the last digit), so it is no session of its own; "
+                     " poses are the same to the last digit), so it is not another session; "
                      "give each recording once");
   }
   return {};

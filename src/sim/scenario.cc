@@ -173,7 +173,7 @@ void CheckSeesWorld(Triad triad,
           ", so it would saturate");
   problems->Require(strengths[triad] == 0.0 || sensor.resolution_raw < reach.minCoeff(),
                     name + " resolution is " + Number(sensor.resolution_raw) +
-                        " in readings; at rest they differ by no more than " +
+                        " in the unit of the readings; at rest they differ by at most " +
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
@@ -413,9 +413,11 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
   std::size_t rests = 0;
   for (const MotionStep& step : scenario.motion) rests += std::visit(Count(), step);
   problems->About("motion");
-  problems->Require(rests * soaks <= kMostSimulatedRests,
-                    "the motion has " + std::to_string(rests) + " rests, " + std::to_string(soaks) +
-                        " times over; the limit is " + std::to_string(kMostSimulatedRests));
+  problems->Require(
+      rests * soaks <= kMostSimulatedRests,
+      "the motion has " + std::to_string(rests) + " rests" +
+          (soaks > 1 ? " at each of " + std::to_string(soaks) + " temperatures" : "") +
+          "; at most " + std::to_string(kMostSimulatedRests) + " in all are allowed");
 }
 
 /// A sensor measures nothing at a temperature at which a gain is zero.

@@ -21,7 +21,8 @@ NoiseProcess::NoiseProcess(const SimulatedTriad& triad, std::uint64_t seed, int 
   const Eigen::Vector3d gain = triad.nominal.sensitivity.diagonal().cwiseAbs();
   white_sigma_ = std::sqrt(rate_hz) * gain.cwiseProduct(noise.density);
   walk_step_ = gain.cwiseProduct(noise.random_walk) / std::sqrt(rate_hz);
-  // x' = phi x + sigma sqrt(1 - phi^2) w keeps the variance; -expm1 keeps 1 - phi^2 for long times.
+  // x' = phi x + sigma sqrt(1 - phi^2) w keeps the variance; -expm1 keeps 1 - phi^2 accurate where
+  // phi is near 1.
   const double steps = 1.0 / (rate_hz * noise.correlation_time_s);
   const Eigen::Vector3d sigma = gain.cwiseProduct(noise.instability_sigma);
   instability_decay_ = std::exp(-steps);

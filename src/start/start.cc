@@ -69,7 +69,7 @@ Status CheckCount(Triad triad,
   if (suffices(kForDiagonal)) {
     smaller = "choose a smaller model, as by " + SensorLine(triad, "model: diagonal");
   } else if (suffices(kForBias)) {
-    smaller = "find the bias alone, as by " + SensorLine(triad, "model: bias");
+    smaller = "estimate the bias alone, as by " + SensorLine(triad, "model: bias");
   }
   const std::string noun = triad == Triad::kGyroscope ? "known rate" : "pose";
   may_be_faces = may_be_faces && !attitudes && poses >= 6;
@@ -107,8 +107,8 @@ Status CheckAccelerometerGain(const PoseSet& poses,
                {poses.source},
                "the accelerometer reads gravity at rest (" + std::to_string(Median(norms)) + " " +
                    stream->unit.name +
-                   ", median norm), but its gain comes out wrong by far in the attitudes that are "
-                   "stated: are faces or attitudes exchanged, or in another convention?");
+                   ", median norm), but its gain is far from nominal in the stated attitudes: "
+                   "check for exchanged faces or attitudes, or another frame convention");
 }
 
 // The six-position solution with known forces: the analytic one, which takes each column from one
@@ -516,7 +516,7 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
     return NotEnoughError(
         Finding(
             FindingCode::kNoKnownMotion,
-            "gyroscope: alone, only its bias is observable",
+            "gyroscope: without another sensor or a known motion, only its bias is observable",
             "state known `turns:` or `rates:`, or enable the accelerometer, so that its turns are "
             "measured against gravity")
             .About(Triad::kGyroscope));

@@ -97,7 +97,7 @@ Error WhyNoGyroscope(const PoseSet& poses, const Error& error) {
   if (!error.finding || 2 * faults.size() < turns || faults.empty()) return error;
   Finding why = *error.finding;
   why.text += ": " + std::to_string(faults.size()) + " of " + std::to_string(turns) +
-              " turns are skipped, as " + faults.front()->text;
+              " turns are skipped; the first because " + faults.front()->text;
   why.remedy = FindingKindOf(faults.front()->code).remedy;
   return NotEnoughError(std::move(why));
 }

@@ -50,8 +50,9 @@ void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance)
   covariance->matrix(places, places) = known.covariance.matrix(known_places, known_places);
 }
 
-// Compares gravity, which the static calibration measures in the sweep at its own temperature, with
-// the reference: unset for an error by chance, a refusal for one beyond what ageing explains.
+// Applies the static calibration to the sweep's reading at the temperature of that calibration, and
+// compares the result with gravity. Unset if the error may be chance, a refusal if ageing cannot
+// explain it, else a warning.
 std::optional<Finding> MissedGravity(const Calibration& calibration,
                                      const TriadSweep& swept,
                                      const std::string& static_file) {
@@ -68,15 +69,17 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
   const bool is_other = std::abs(off) > kOtherUnitShare * calibration.reference.gravity_mps2;
   Finding finding(
       FindingCode::kGravityMissed,
-      Format("the static calibration sees %.4f m/s^2 in the sweep at its own temperature, ", seen) +
-          Format("%+.4f ", off) + Format("± %.2g from gravity: ", sigma) +
-          (is_other ? static_file + " is not of this unit"
+      Format("at its own temperature the static calibration corrects the sweep's readings to "
+             "%.4f m/s^2, ",
+             seen) +
+          Format("which differs from gravity by %+.4f ", off) + Format("± %.2g: ", sigma) +
+          (is_other ? static_file + " is the calibration of another unit"
                     : "the unit or its thermometer has changed in between"),
       is_other ? "calibrate it at one temperature" : "");
   if (is_other && Acts(Mechanism::kGravityMissed)) {
     finding.As(Severity::kRefusal);
   } else {
-    finding.text += "; σ of its bias allow for it";
+    finding.text += "; the σ of its bias are widened accordingly";
     finding.Shifting(std::abs(off) / sigma, Treatment::kWidened);
   }
   return finding.About(Triad::kAccelerometer).With("error", off, sigma, "m/s^2");
@@ -113,8 +116,8 @@ Status CheckLimits(const CalibrateOptions& options, Triad triad) {
     if (triad == Triad::kGyroscope && what == "bias") continue;
     return Error(ErrorCode::kInvalidExperiment,
                  "limits: " + name +
-                     " is held in a sweep, not measured; give a calibration at one temperature as "
-                     "`static: FILE.yaml`, or remove the limit")
+                     " limits a quantity that a sweep does not measure; give a calibration at one "
+                     "temperature as `static: FILE.yaml`, or remove the limit")
         .About("limits." + name);
   }
   return {};
@@ -133,11 +136,11 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
     if (!(times > kMuch)) continue;
     const std::string gap =
         std::abs(axis.branch_gap_after) > axis.rms_after
-            ? "heating and cooling still differ: hysteresis, or a lag that was not asked for"
-            : "drift, a unit that was moved, or a thermometer that does not follow";
+            ? "heating and cooling still differ: hysteresis, or a lag that was not estimated"
+            : "drift, a moved unit, or a thermometer that does not follow the sensor's temperature";
     findings->push_back(Finding(FindingCode::kSweepUnexplained,
                                 NameOf(axis.triad, axis.axis) +
-                                    Format(": the terms leave %.0f times its noise: ", times) + gap)
+                                    Format(": the residual is %.0f times its noise: ", times) + gap)
                             .About(axis.triad, axis.axis)
                             .With("times_noise", times));
   }
@@ -161,8 +164,8 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
       Finding(
           FindingCode::kSweepUnexplained,
           std::string(TriadName(triad)) + names + ": the stated order of " +
-              std::to_string(axes.front().fit.terms.bias_order) + " leaves what one of " + order +
-              " explains; σ allow for it",
+              std::to_string(axes.front().fit.terms.bias_order) + " leaves residuals that order " +
+              order + " explains; the σ are widened accordingly",
           "state " + SensorLine(triad, "thermal: { bias_order: " + order + " }") + ", or `auto`")
           .About(triad)
           .Shifting(moved_sigmas, Treatment::kWidened)
@@ -199,12 +202,13 @@ void SayLeftOut(const Quality& quality, Findings* findings) {
 Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& file) {
   const double spread = recorded_degc[2] - recorded_degc[0];
   if (spread <= kMostStaticRangeDegc) return {};
-  return Error(
-      ErrorCode::kDoesNotMatch,
-      file + Format(": was recorded at %.1f to ", recorded_degc[0]) +
-          Format("%.1f degC, so that its bias holds at no one temperature; ", recorded_degc[2]) +
-          Format("record it at one, within %.0f degC, or calibrate with `thermal:` over all poses",
-                 kMostStaticRangeDegc));
+  return Error(ErrorCode::kDoesNotMatch,
+               file + Format(": was recorded over %.1f to ", recorded_degc[0]) +
+                   Format("%.1f degC, so that its bias belongs to no single temperature; ",
+                          recorded_degc[2]) +
+                   Format("record it at one temperature, to within %.0f degC, or calibrate with "
+                          "`thermal:` over all poses",
+                          kMostStaticRangeDegc));
 }
 
 Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
@@ -285,11 +289,12 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
       return Error(ErrorCode::kDoesNotMatch,
                    {options.sweep->static_file},
                    "its temperature of " + where +
-                       ", so that the terms would be extrapolated to it; sweep over it");
+                       ", so that the terms would be extrapolated; repeat the sweep over a range "
+                       "that includes it");
     }
     findings->push_back(Finding(FindingCode::kReferenceExtrapolated,
                                 name + ": the reference temperature of " + where +
-                                    "; what is stated there is extrapolated")
+                                    "; values at it are extrapolated")
                             .About(triad)
                             .With("reference", reference_degc, "degC")
                             .With("lowest", range[0], "degC")
@@ -348,11 +353,12 @@ Status SweepTriad(const PoseSet& poses,
   if (!has_static) TRUETRIAD_RETURN_IF_ERROR(CheckLimits(options, triad));
   if (triad != Triad::kGyroscope && !has_static) {
     findings.push_back(
-        Finding(FindingCode::kHeldAtReference,
-                std::string(TriadName(triad)) +
-                    ": bias and sensitivity at the reference temperature are held, not measured: "
-                    "in an attitude that is not known only the temperature terms show",
-                "give a calibration at one temperature as `static: FILE.yaml`")
+        Finding(
+            FindingCode::kHeldAtReference,
+            std::string(TriadName(triad)) +
+                ": bias and sensitivity at the reference temperature are held fixed, not measured: "
+                "with unknown attitudes only the temperature terms can be determined",
+            "give a calibration at one temperature as `static: FILE.yaml`")
             .About(triad));
   }
   if (triad == Triad::kAccelerometer && has_static) {
@@ -403,9 +409,10 @@ Status CalibrateSweep(const PoseSet& poses,
   quality.reduced_chi2_before = quality.reduced_chi2;
   SayLeftOut(quality, &calibration.findings);
   SayUnexplained(quality, &calibration.findings);
-  const Findings few = CheckDegreesOfFreedom(
-      quality.effective_dof,
-      "what the fit leaves varies slowly: repeat the sweep, or make it longer");
+  const Findings few =
+      CheckDegreesOfFreedom(quality.effective_dof,
+                            "the residuals vary slowly, so that neighbouring windows are not "
+                            "independent: repeat the sweep, or make it longer");
   calibration.findings.insert(calibration.findings.end(), few.begin(), few.end());
   const Findings non_finite = CheckFinite(TriadOptions(), true, calibration.covariance);
   if (non_finite.empty()) {

@@ -101,7 +101,7 @@ class Chooser {
       is_allowed = false;
       choice_.left_out.push_back(
           std::string(InfoOf(rate).letters) +
-          Format(": only %.0f %% of it is not told by the temperature and the other rate terms; ",
+          Format(": only %.0f %% of it is independent of temperature and the other rate terms; ",
                  100.0 * share) +
           (rate == RateTerm::kQuadratic ? "repeat the sweep at another rate"
                                         : "repeat the sweep up and down, at more than one rate"));
@@ -147,8 +147,9 @@ class Chooser {
       square_at(best);
       if (HeldOutRms(&problem_, axis_, terms, {}) < kFewerLags * before) continue;
       choice_.left_out.push_back(
-          Format("knot: the best, at %.1f degC, does not lower the held-out error",
-                 scale.centre_degc + best * scale.half_range_degc));
+          Format("knot: the best one, at %.1f degC, does not lower the held-out error",
+                 scale.centre_degc + best * scale.half_range_degc) +
+          Format(" by %.0f %%", 100.0 * (1.0 - kFewerLags)));
       problem_.SetKnots(known);
       break;
     }
@@ -161,7 +162,7 @@ class Chooser {
     const bool any = wanted_.lags > 0 || wanted_.lags_auto;
     if (any && !has_branches_) {
       choice_.left_out.emplace_back(
-          "lag: it shows as the difference between heating and cooling; repeat the sweep up and "
+          "lag: only heating and cooling together determine it; repeat the sweep up and "
           "down");
       return {LagShape()};
     }
@@ -247,8 +248,9 @@ class Chooser {
           std::string(shape.element && shape.rate ? "two lags"
                       : shape.element             ? "lag of the element"
                                                   : "lag of the rate") +
-          Format(": the best is %.0f s, ", longest) +
-          Format("above a quarter of the recording (%.0f s): that is drift, not lag", longest_s_));
+          Format(": the best fit needs %.0f s, ", longest) +
+          Format("more than a quarter of the recording (%.0f s): this is drift, not a lag",
+                 longest_s_));
       return std::nullopt;
     }
     for (int round = 0; round < (shape.count() > 1 ? 2 : 1); ++round) {

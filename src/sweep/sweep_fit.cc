@@ -23,7 +23,7 @@ constexpr double kLagStep = 1e-3;
 // Temperature errors are subtracted from Omega if they are a larger share of a variance than this;
 // a smaller one changes a σ by 1 %.
 constexpr double kErrorsMatter = 0.02;
-// So many lags after an input a filter retains exp(-10) of it, one part in twenty thousand.
+// The number of lags after which a filter retains exp(-10) of an input, one part in 20,000.
 constexpr double kForgotten = 10.0;
 // Step of central differences, as a share of half the range and of the fastest rate: their error is
 // of order 1e-8.

@@ -192,11 +192,11 @@ class Regression {
       const bool of_reading_alone =
           term.first == kReading && (term.second < 0 || term.second == kReading);
       if (term.first < 0 || of_reading_alone) {
-        why = "held by the constant of each attitude: a static calibration tells it";
+        why = "absorbed by the constant of each attitude: a static calibration determines it";
       } else if (term.Has(kReading) && one_reading) {
         why =
-            "all attitudes read the same on this axis, so it cannot be told from the term without "
-            "r; take a second attitude, in which the axis reads something else";
+            "all attitudes read the same on this axis, so it cannot be separated from the term "
+            "without r; add an attitude in which the axis reads another value";
       }
       for (const int factor : {term.first, term.second}) {
         if (factor <= kReading || !why.empty()) continue;
@@ -368,14 +368,14 @@ class Regression {
       const auto place = std::find(chosen_.begin(), chosen_.end(), static_cast<int>(t));
       term.chosen = place != chosen_.end();
       if (windows_ < 3 * static_cast<int>(products_.size())) {
-        term.why = "too few windows have all factors";
+        term.why = "not tested: too few windows have values of all factors";
         continue;
       }
       const PartialTest test =
           TestBeside(Without(chosen_, static_cast<int>(t)), {static_cast<int>(t)}).front();
       if (!term.chosen && test.own_share < kShareOfItsOwn) {
         term.why =
-            Format("only %.1f %% of it is not told by the chosen terms", 100.0 * test.own_share);
+            Format("only %.1f %% of it is independent of the chosen terms", 100.0 * test.own_share);
         continue;
       }
       term.f = test.f;

@@ -340,7 +340,8 @@ class LaggedChamber {
   int node_count_ = 0;
   int kinks_ = 0;
   std::vector<bool> is_kink_;
-  // Variances: of a place, of a step of the walk, and of a kink added to it.
+  // Variances: of a place (and the least of it), of a step of the random walk, and of what a kink
+  // adds to that step.
   double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
   // Results of the last pass.
   std::vector<State> predicted_, states_, gain_;

@@ -203,9 +203,9 @@ class NoiseBlocks {
   std::vector<std::size_t> block_;  // The block of each reading.
 };
 
-// The track of a coarse thermometer from the times of its changes; nothing where these are too few.
-// Its `step_degc` is set only where rounding is the only error of the readings: where noise spreads
-// them over steps, the track gets the noise of local fits.
+// The track of a coarse thermometer from the times at which its reading changes; unset if there are
+// too few. `step_degc` is set only if rounding is the readings' only error. If noise spreads the
+// readings over several steps, it stays 0, and the caller takes the noise from local fits.
 std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
                                               const std::vector<double>& degc,
                                               double step_degc) {

@@ -83,7 +83,7 @@ Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options) {
   Finding finding(FindingCode::kFacesTilted,
                   Format("the faces are tilted by up to %.2g deg RMS, ", tilts.sigma_deg) +
                       Format("not %.2g deg as `tilt_sigma_deg` says; ", stated_deg) +
-                      "σ follow the larger one",
+                      "σ assume the larger tilt",
                   Format("level the block, or state `attitudes: { six_face: { tilt_sigma_deg: "
                          "%.2g } }`",
                          tilts.sigma_deg));

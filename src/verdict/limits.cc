@@ -259,7 +259,7 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
   if (quantity == "held_out_rms") {
     const auto& held_out = calibration.quality.rests.held_out;
     if (!held_out || !held_out->rms[triad]) {
-      return fail("no poses were held out (`cross_validation: { folds: 5 }`, more poses)");
+      return fail("no poses were held out; set `cross_validation: { folds: 5 }`, or add poses");
     }
     return std::vector<JudgedValue>{{"", *held_out->rms[triad], 0.0}};
   }

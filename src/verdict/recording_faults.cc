@@ -121,7 +121,7 @@ void RecordingSearch::Widen(const Eigen::VectorXd& moved,
   const double sigmas = InSigmas(moved);
   Finding finding(FindingCode::kFault,
                   "the " + std::string(TriadName(triad)) + " " + words +
-                      Format("; it moves parameters by up to %.2g times the σ that noise alone "
+                      Format("; this shifts parameters by up to %.2g times the σ that noise alone "
                              "gives, and σ are widened for it",
                              sigmas),
                   remedy);
@@ -148,7 +148,8 @@ void RecordingSearch::FindRounding() {
   if (!is_coarse_) return;
   Widen(moved,
         Triad::kGyroscope,
-        "reads in steps that are larger than its noise, so its bias is known to a step only",
+        "has a resolution coarser than its noise, so its bias is known only to one step of its "
+        "readings",
         "log it with more digits, or set a smaller full-scale range");
 }
 
@@ -160,7 +161,7 @@ void RecordingSearch::FindOneSided() {
     if (!Acts(Mechanism::kOneSided)) continue;
     Widen(MovedBy(graph_.layout.bias[stream.triad], stream.one_sided_raw),
           stream.triad,
-          "has readings that are off to one side, which the means follow",
+          "has outliers in one direction only, which bias the means",
           "look for spikes in the log");
   }
 }
@@ -183,10 +184,10 @@ void RecordingSearch::FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw) {
   const Eigen::Matrix3d shift = share / (1.0 - share) * graph_.sensitivity(Triad::kGyroscope);
   Widen(MovedBy(graph_.layout.sensitivity[Triad::kGyroscope], shift.reshaped()),
         Triad::kGyroscope,
-        Format("turned further than its readings say: %.2g %% of the rows are missing, though "
+        Format("turned further than its readings show: %.2g %% of the rows are missing, though "
                "their times are regular",
                100.0 * share),
-        "log the times at which readings were taken, and all of them");
+        "log every reading with the time at which it was taken");
 }
 
 void RecordingSearch::FindUnsettledTurns() {
@@ -228,7 +229,7 @@ void RecordingSearch::FindUnsettledTurns() {
   // E mean^2 = mean^2 + its variance.
   Widen(std::hypot(mean, std::sqrt(scatter)) * (system_.covariance() * by),
         Triad::kGyroscope,
-        "has turns that are all too short by about the same angle",
+        "measures all turns too short by about the same angle",
         "wait longer before and after each move, or set a wider bandwidth",
         p_value);
 }

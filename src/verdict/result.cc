@@ -117,7 +117,8 @@ Status Conclude(const CalibrateOptions& options, const PoseSet& poses, Calibrati
   if (!limits) return limits.error();
   if (limits->empty() && !options.limits.limits.empty()) {
     return Error(ErrorCode::kInvalidExperiment,
-                 "limits: none of them is of what was calibrated; state limits of these sensors")
+                 "limits: this calibration has none of the limited quantities; state limits of "
+                 "calibrated sensors")
         .About("limits");
   }
   calibration->quality.limits = std::move(*limits);

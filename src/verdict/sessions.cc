@@ -117,12 +117,13 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved) {
     const std::string unit = stream != nullptr ? stream->unit.name : "";
     const double most = scatter.next_session_raw.maxCoeff();
     findings.push_back(
-        Finding(FindingCode::kSessions,
-                std::string(TriadName(scatter.triad)) + ": each of " +
-                    std::to_string(scatter.sessions) +
-                    " sessions has a bias of its own, and the stated one is their mean, with the σ "
-                    "of that mean; when the unit is switched on again, it is off by " +
-                    Format("%.2g ", most) + unit + " (1 σ, worst axis)")
+        Finding(
+            FindingCode::kSessions,
+            std::string(TriadName(scatter.triad)) + ": each of " +
+                std::to_string(scatter.sessions) +
+                " sessions has a bias of its own, and the reported one is their mean, with the σ "
+                "of that mean; after the next switch-on the bias differs from it by " +
+                Format("%.2g ", most) + unit + " (1 σ, worst axis)")
             .About(scatter.triad)
             .With("sessions", scatter.sessions)
             .With("next_session", most, unit));

@@ -15,7 +15,8 @@ namespace {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-// The measured vector for turns at a pose, in body axes; unset if it is rejected.
+// Gravity, or the field without an accelerometer, as measured at a pose, in body axes; unset if it
+// is rejected.
 std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
                                               const Eigen::VectorXd& shared,
                                               const PoseNode& node) {

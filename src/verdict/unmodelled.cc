@@ -69,10 +69,10 @@ Eigen::MatrixXd Unmodelled::Covariance() const {
 }
 
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
-                           const Eigen::MatrixXd& covariance,
                            std::vector<Triad>* stated_bends,
                            PoseGraph* graph,
-                           NoiseState* noise) {
+                           NoiseState* noise,
+                           ReducedSystem* system) {
   std::vector<StatedFault> stated;
   for (const Triad triad : kTriads) {
     const auto& nonlinearity = options.triads[triad].nonlinearity;
@@ -82,9 +82,9 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
     stated.push_back(std::move(bends));
     stated_bends->push_back(triad);
   }
-  std::optional<StatedFault> curvatures = FaceCurvatures(*graph, covariance);
+  std::optional<StatedFault> curvatures = FaceCurvatures(*graph, system->covariance());
   if (curvatures && Acts(Mechanism::kTiltCurvature)) stated.push_back(std::move(*curvatures));
-  return FindFaults(stated, graph, noise);
+  return FindFaults(stated, graph, noise, system);
 }
 
 void FindBeyondFaults(const PoseSet& poses,

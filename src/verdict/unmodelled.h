@@ -25,12 +25,12 @@ struct Unmodelled {
   Eigen::MatrixXd Covariance() const;
 };
 
-// Includes faults in graph and noise, which then have them. `covariance`: of the graph.
+// Finds faults and includes them in the graph, its noise and its system; lists stated bends.
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
-                           const Eigen::MatrixXd& covariance,
                            std::vector<Triad>* stated_bends,
                            PoseGraph* graph,
-                           NoiseState* noise);
+                           NoiseState* noise,
+                           ReducedSystem* system);
 
 // Finds all effects but faults, whose readings are corrected. `sigma_raw`: of one reading;
 // `settings`: of the graph.

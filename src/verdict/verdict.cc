@@ -126,9 +126,9 @@ void StateRejected(const PoseGraph& graph, Quality* quality) {
     if (!edge.rejected || edge.stated_turn >= 0) continue;
     quality->rests.rejected_poses.push_back({graph.nodes[edge.from + 1].number,
                                              Triad::kGyroscope,
-                                             "the turn into it from pose " +
+                                             "the turn from pose " +
                                                  std::to_string(graph.nodes[edge.from].number) +
-                                                 " disagrees with all others"});
+                                                 " to this one disagrees with all other turns"});
   }
   for (const PoseNode& node : graph.nodes) {
     for (const Observation& observation : node.observations) {
@@ -246,9 +246,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const OffOptimum off = FurthestOff(state, graph, system);
   Unmodelled unmodelled;
   if (CanBeTested(settled, system)) {
-    unmodelled.faults =
-        TakeFaultsIn(options, system.covariance(), &unmodelled.stated_bends, &graph, &state);
-    system.Linearise(graph);
+    unmodelled.faults = TakeFaultsIn(options, &unmodelled.stated_bends, &graph, &state, &system);
   } else {
     unmodelled.faults.beyond = Eigen::MatrixXd::Zero(system.size(), system.size());
   }

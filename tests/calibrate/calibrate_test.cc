@@ -632,7 +632,8 @@ TEST(Compare, NamesWhatBothHoldAndHoldOtherwise) {
   EXPECT_TRUE(Compare(diagonal->calibration, other)->not_compared.empty());
   other.sensors[Triad::kAccelerometer]->model.sensitivity(1, 0) += 0.01;
   EXPECT_THAT(Compare(diagonal->calibration, other)->not_compared,
-              ::testing::Contains("accelerometer.sensitivity.yx (held in both, and different)"));
+              ::testing::Contains(
+                  "accelerometer.sensitivity.yx (held fixed in both, at different values)"));
 }
 
 // Even if one calibration is a hundred times less certain, one and the same scale is taken out of

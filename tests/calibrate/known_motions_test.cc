@@ -356,10 +356,10 @@ TEST(KnownMotions, BeyondTheLogAreRefusedWithWhereTheyAreStated) {
   PoseSelection turns = SelectionOf(hand);
   turns.turns.back().at.stated_in = "turns.yaml:4";
   turns.turns.back().at.rows.last = kFar;
-  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn takes rows"));
+  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn is stated for rows"));
   turns.turns.back().at.rows = {};
   turns.turns.back().at.times = {0, kFar * kFar};
-  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn takes 0.0"));
+  EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: a turn is stated for 0.0"));
   turns.turns.back().at.times = {};
   turns.turns.back().at.pose = 99;
   EXPECT_THAT(refusal(hand, turns), HasSubstr("turns.yaml:4: "));

@@ -161,9 +161,9 @@ TEST(Sessions, HaveTheirParametersWhereTheLastSays) {
   const PoseSet joined = Joined(recorded.sessions);
   EXPECT_EQ(joined.tags.device_slots, recorded.sessions[1].tags.device_slots);
   EXPECT_EQ(joined.tags.station, "first");
-  EXPECT_THAT(
-      joined.findings,
-      Contains(testing::Field(&Finding::text, HasSubstr("have other numbers in session 2"))));
+  EXPECT_THAT(joined.findings,
+              Contains(testing::Field(
+                  &Finding::text, HasSubstr("numbers these sensors differently in session 2"))));
 }
 
 // Exact but for the rounding of sums and the nominal noise that weighs readings without any.

@@ -190,7 +190,7 @@ TEST(Allan, OfAnotherUnitIsNotTakenWithoutAWord) {
   };
   EXPECT_THAT(noise_of("serial: B0002\n"),
               HasSubstr("is of unit `B0002`, but the calibration is of `A0001`; give those of one "
-                        "unit; its noise is taken all the same"));
+                        "unit; its noise is used nevertheless"));
   EXPECT_THAT(noise_of("serial: A0001\n"), Not(HasSubstr("is of unit")));
   EXPECT_THAT(noise_of("device: { firmware: px4, ids: { accelerometer: 17 } }\n"),
               Not(HasSubstr("device id")));
@@ -207,7 +207,7 @@ TEST(Allan, WritesNoNoiseToNowhereAndForNobody) {
   EXPECT_THAT(nowhere.err, HasSubstr("--output=DIR"));
   const Finished nobody = RunTruetriad({"allan", log, "--to=px4", "-o", folder.Path("out")});
   EXPECT_EQ(nobody.exit_code, 1);
-  EXPECT_THAT(nobody.err, HasSubstr("`px4` takes no noise"));
+  EXPECT_THAT(nobody.err, HasSubstr("`px4` is not a format for noise"));
   EXPECT_EQ(folder.FileCount(), 1U);
 }
 

@@ -493,7 +493,7 @@ TEST_F(Convert, RefusesJsonThatSaysTwoThings) {
       folder_.Write("twice.json", R"({"t": [0, 1], "t": [0, 2], "acc": [[1, 2, 3], [4, 5, 6]]})");
   Finished run = Run("json", twice, {units});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("`t` is there twice"));
+  EXPECT_THAT(run.err, HasSubstr("`t` occurs twice"));
   const std::string shorter = folder_.Write(
       "shorter.json", R"({"t": [0, 1], "acc": [[1, 2, 3], [4, 5, 6]], "temp": [20]})");
   run = Run("json", shorter, {units});
@@ -677,7 +677,7 @@ TEST_F(Convert, ReadsArraysAndRecordsOfJson) {
   const std::string cut = folder_.Write("cut.json", "{\"t\": [0, 1],\n \"acc\": [[1, 2, 3], [4,");
   run = Run("json", cut, {units});
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr(cut + ":2: is not JSON from here on"));
+  EXPECT_THAT(run.err, HasSubstr(cut + ":2: is not valid JSON from here on"));
 }
 
 TEST_F(Convert, WithoutATimeKeepsRowsTogether) {
@@ -901,7 +901,9 @@ TEST_F(Convert, GivesAnUnreadableVectorNavLineToTheKindWhoseTurnItIs) {
   const Finished run =
       Run("vectornav", VectorNavLog(&folder_, sentences), {"--columns=time=100Hz"});
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.err, AllOf(HasSubstr("2 bad sentences"), Not(HasSubstr("may be of any kind"))));
+  EXPECT_THAT(
+      run.err,
+      AllOf(HasSubstr("2 bad sentences"), Not(HasSubstr("may have held samples of any kind"))));
   RecordingSamples samples = SamplesAsIfRaw();
   for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
     const StreamSamples& stream = samples.streams[triad];
@@ -914,7 +916,7 @@ TEST_F(Convert, GivesAnUnreadableVectorNavLineToTheKindWhoseTurnItIs) {
   const Finished mixed =
       Run("vectornav", VectorNavLog(&folder_, sentences), {"--columns=time=100Hz"});
   ASSERT_EQ(mixed.exit_code, 0) << mixed.err;
-  EXPECT_THAT(mixed.err, HasSubstr("1 unreadable line may be of any kind"));
+  EXPECT_THAT(mixed.err, HasSubstr("1 unreadable line may have held samples of any kind"));
 }
 
 TEST_F(Convert, SaysHowToDecodeABlackboxLog) {

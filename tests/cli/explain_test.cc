@@ -30,7 +30,7 @@ TEST(Explain, SaysWhatACodeMeansAndWhatToDo) {
             "no-rest: refusal\n"
             "  No rest was found.\n"
             "  What to do: hold poses longer, or state them.\n"
-            "  An operator: record again, hands off while it rests.\n");
+            "  An operator: record again; do not touch the unit while it rests.\n");
 }
 
 // "no-readings" is a warning where one stream has none, and an error where the file has none.

@@ -77,7 +77,7 @@ TEST(ExportVerb, ReplacesNothingButExports) {
   folder.Write("px4.params", "1\t1\tCAL_ACC0_ID\t7\t6\n");
   const Finished refused = run("--quiet");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr(file + ": is there, and no file that truetriad exported"));
+  EXPECT_THAT(refused.err, HasSubstr(file + ": exists and is not a file that truetriad exported"));
   EXPECT_EQ(TemporaryFolder::Read(file), "1\t1\tCAL_ACC0_ID\t7\t6\n");
   EXPECT_EQ(run("--overwrite").exit_code, 0);
   EXPECT_EQ(run("--quiet").exit_code, 0);
@@ -177,7 +177,7 @@ TEST(ExportVerb, RefusesWhatDoesNotFitItsFlags) {
   EXPECT_THAT(error("--units=furlong"), HasSubstr("`furlong` is not a unit"));
   EXPECT_THAT(error("--instance=4"), HasSubstr("px4 has sensors 0 to 3"));
   EXPECT_THAT(error("--id=compass:3"), HasSubstr("`compass` is not a sensor"));
-  EXPECT_THAT(error("--id=1,2,3"), HasSubstr("which sensors' are they?"));
+  EXPECT_THAT(error("--id=1,2,3"), HasSubstr("has a number without a sensor"));
   EXPECT_THAT(error("--max-loss=much"), HasSubstr("`much` is not a valid number"));
   EXPECT_EQ(folder.FileCount(), 0U);
 }

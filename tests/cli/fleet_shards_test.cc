@@ -90,7 +90,7 @@ TEST_F(FleetShards, AreNotJudgedByDifferentLimitsInSilence) {
               0);
   }
   EXPECT_THAT(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").err,
-              HasSubstr("not all units have the same limits of accelerometer.bias"));
+              HasSubstr("not all units were judged by the same limits of accelerometer.bias"));
 }
 
 // In both kinds of store.
@@ -102,10 +102,10 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
     fs::copy(folder_.Path("line/u1.csv"), folder_.Path("line/v1.csv"));
     const Finished run = Fleet("run line/v1.csv -o out --store=" + store);
     EXPECT_EQ(run.exit_code, 0) << run.err;
-    EXPECT_THAT(run.err, HasSubstr("line/v1.csv: has the readings of line/u1.csv"));
+    EXPECT_THAT(run.err, HasSubstr("line/v1.csv: has the same readings as line/u1.csv"));
     const Finished both = Fleet("run line -o both --store=both" + store.substr(3));
-    EXPECT_THAT(both.err, HasSubstr("line/v1.csv: has the readings of line/u1.csv"));
-    EXPECT_THAT(both.err, HasSubstr("line/u1.csv: has the readings of line/v1.csv"));
+    EXPECT_THAT(both.err, HasSubstr("line/v1.csv: has the same readings as line/u1.csv"));
+    EXPECT_THAT(both.err, HasSubstr("line/u1.csv: has the same readings as line/v1.csv"));
   }
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT DISTINCT serial, verdict, code, "
                     "folder = '' FROM run WHERE serial LIKE '%1'\"")
@@ -132,8 +132,9 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   EXPECT_THAT(back.err, HasSubstr("its readings count for unit `w1`"));
   // Of both, the one whose number was wrong is the copy.
   fs::rename(folder_.Path("u1.csv"), folder_.Path("line/u1.csv"));
-  EXPECT_THAT(Fleet("run line/u1.csv line/w1.csv -o out").err,
-              StartsWith("u1: NO RESULT, other-device: line/u1.csv: has the readings of line/w1"));
+  EXPECT_THAT(
+      Fleet("run line/u1.csv line/w1.csv -o out").err,
+      StartsWith("u1: NO RESULT, other-device: line/u1.csv: has the same readings as line/w1"));
   EXPECT_THAT(Fleet("query --csv --store=out/fleet.db \"SELECT serial, verdict FROM latest\"").out,
               AllOf(HasSubstr("u1,NO_RESULT"), HasSubstr("w1,NO_LIMITS")));
   const std::string again = "dispose u1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=bent";
@@ -211,7 +212,7 @@ TEST_F(FleetShards, SayWhatIsWrongWithTheCall) {
   for (const auto& [flags, message] : std::vector<std::pair<std::string, std::string>>{
            {"--to=xlsx -o x", "--to"},
            {"--to=csv -o x --runs=some", "--runs=some"},
-           {"--to=csv -o x --where='verdic = 1'", "not understood"},
+           {"--to=csv -o x --where='verdic = 1'", "is not valid"},
            {"--to=csv -o all.db", "would be overwritten, and it is an input"},
            {"--to=parquet -o all.db", "would be overwritten, and it is an input"}}) {
     const Finished run = Fleet("export --store=all.db " + flags);

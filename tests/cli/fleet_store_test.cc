@@ -85,7 +85,7 @@ TEST_F(FleetStore, IsLeftWholeByAFullDisk) {
   Shell("cat /dev/zero >disk/ballast");
   const Finished full = Shell(run);
   EXPECT_EQ(full.exit_code, 2);
-  EXPECT_THAT(full.err, HasSubstr("make room, and go on with --resume"));
+  EXPECT_THAT(full.err, HasSubstr("free disk space, and continue with --resume"));
   Shell("rm disk/ballast");
   EXPECT_THAT(Ask("disk/fleet.db", "SELECT serial FROM run"), Not(SizeIs(0)));
   EXPECT_EQ(Shell(run + " --resume").exit_code, 0);
@@ -154,7 +154,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   const Finished exported = Shell(to_export);
   EXPECT_EQ(exported.exit_code, 0);
   EXPECT_THAT(exported.err,
-              HasSubstr("is of another run than that which counts; the unit is PASS"));
+              HasSubstr("is not of the run that counts for this unit; the unit is PASS"));
   EXPECT_THAT(Shell("'" TRUETRIAD_BINARY "' export \"$(ls -d out/units/u100/* | tail -n 1)\"/"
                     "calibration.yaml --to=px4 --output=u.params")
                   .err,
@@ -208,7 +208,7 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   MeasureAgain(7);
   const Finished fails = run("0.0001");
   EXPECT_EQ(fails.exit_code, 4);
-  EXPECT_THAT(fails.err, HasSubstr("`export` does not know of this there"));
+  EXPECT_THAT(fails.err, HasSubstr("`export` from there does not notice this"));
   EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be changed"));
   fs::rename(folder_.Path("away"), folder);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
@@ -332,7 +332,7 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   fs::remove_all(folder_.Path("out/units"));
   const Finished unreached = Shell(dispose + "out/fleet.db");
   EXPECT_EQ(unreached.exit_code, 4);
-  EXPECT_THAT(unreached.err, HasSubstr("`export` does not know of this decision there"));
+  EXPECT_THAT(unreached.err, HasSubstr("`export` from there does not notice this decision"));
 }
 
 TEST_F(FleetStore, ExportsWhatTheStoreSaysIntoWhichItsOwnWasCollected) {
@@ -387,7 +387,7 @@ TEST_F(FleetStore, HoldsADecisionOverTheSameReadings) {
   // Left out, the unit is not good either.
   const Finished resumed = Shell(Fleet("-o out --fail-on=unit --resume '--serial={serial}.csv*'"));
   EXPECT_EQ(resumed.exit_code, 4);
-  EXPECT_THAT(resumed.out, StartsWith("1 OF 1 LEFT OUT NOT GOOD"));
+  EXPECT_THAT(resumed.out, StartsWith("1 OF 1 SKIPPED UNITS NOT GOOD"));
   // What lifts a decision is said in any case.
   fs::remove(folder_.Path("line/u100.csv.gz"));
   MeasureAgain(9);
@@ -475,7 +475,7 @@ TEST_F(FleetStore, WarnsOfANewStoreBesideAnOutputsOwn) {
   WriteUnits(1);
   EXPECT_EQ(Shell(Fleet("-o out")).err, "");
   EXPECT_THAT(Shell(Fleet("-o out --store=out/flet.db")).err,
-              AllOf(HasSubstr("a new store is begun, out/flet.db"), HasSubstr("out/fleet.db")));
+              AllOf(HasSubstr("a new store, out/flet.db, is created"), HasSubstr("out/fleet.db")));
   EXPECT_THAT(Shell(Fleet("-o out --store=out/flet.db")).err, Not(HasSubstr("a new store")));
 }
 
@@ -572,7 +572,7 @@ TEST_F(FleetPostgreSQL, IsWrittenToByFourAtOnce) {
   EXPECT_THAT(Ask(url_, "SELECT value FROM fact WHERE name = 'shards'"), ElementsAre("4"));
   const Finished other = Shell(Fleet(Store() + "--shard=0/5"));
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("shared among 4"));
+  EXPECT_THAT(other.err, HasSubstr("its shard count is 4"));
 }
 
 TEST_F(FleetPostgreSQL, MayRestartDuringARun) {
@@ -595,7 +595,7 @@ TEST_F(FleetPostgreSQL, MayGoForGoodAndTheRunGoesOnLater) {
             "; read -r worker </proc/$run/task/$run/children; kill -KILL $worker; wait $run");
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err,
-              AllOf(HasSubstr("in 0.5 s there was no other"), HasSubstr("--resume goes on")));
+              AllOf(HasSubstr("not restored within 0.5 s"), HasSubstr("--resume goes on")));
   const Finished refused = Shell(Fleet(flags + "--json"));
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.out, HasSubstr("\"store-failure\""));
@@ -630,7 +630,7 @@ TEST_F(FleetPostgreSQL, AsksNothingThatWasTypedAsASuperuser) {
                                  "export --to=csv -o x --where=\"pg_reload_conf()\""}) {
     const Finished run = Shell(kFleetProgram + std::string(verb) + " '--store=" + mighty + "'");
     EXPECT_EQ(run.exit_code, 1) << verb;
-    EXPECT_THAT(run.err, HasSubstr("ask as a role of its own")) << verb;
+    EXPECT_THAT(run.err, HasSubstr("connect as a role that may only read")) << verb;
   }
   EXPECT_EQ(Shell(kFleetProgram + std::string("query '--store=") + mighty + "'").exit_code, 0);
 }

@@ -194,7 +194,7 @@ TEST_F(FleetSummary, IsATableOfQuantitiesAsCsv) {
 TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
   const std::map<std::string, std::string> mistakes = {
       {"--where=\"lots = 1\"", "lots"},
-      {"--study=\"note = 'none'\"", "no run is one of the study"},
+      {"--study=\"note = 'none'\"", "the condition of the study selects no run"},
       {"--study=\"serial = 'u1'\" --reference=accelerometer.bias.w=1", "accelerometer.bias.w"},
       {"--study=\"serial = 'u1'\" --reference=accelerometer.bias.x", "expected a quantity"},
       {"--reference=accelerometer.bias.x=1", "--study"},
@@ -203,7 +203,7 @@ TEST_F(FleetSummary, SaysWhatIsWrongWithTheCall) {
       {"--baseline=19", "expected 20 units or more"},
       {"--study=\"run IN (SELECT run FROM tag WHERE value IN ('Ann', 'Bo')) AND log <> "
        "'line/1.csv'\"",
-       "1 run of part u1 by Ann, elsewhere 2"},
+       "1 run of part u1 by Ann, but up to 2 in other cells"},
   };
   for (const auto& [flags, message] : mistakes) {
     const Finished run = Summary(flags);

@@ -177,7 +177,7 @@ TEST_F(Fleet, IsResumedByOneAtATime) {
   fs::create_directories(folder_.Path("fleet"));
   const Finished run = Run("--resume", "flock fleet/.lock");
   EXPECT_EQ(run.exit_code, 2);
-  EXPECT_THAT(run.err, HasSubstr("in the hands of another"));
+  EXPECT_THAT(run.err, HasSubstr("in use by another"));
   // Shards share no log.
   const std::string shard = "--resume --report=false --shard=";
   EXPECT_EQ(Run(shard + "0/2", "flock fleet/.lock-0-of-2").exit_code, 2);
@@ -196,7 +196,7 @@ TEST_F(Fleet, TakesNoNameOfTwoLogsForASerialNumber) {
   const Finished run = Run("-o out --report=false --fail-on=unit");
   EXPECT_EQ(run.exit_code, 4) << run.err;
   EXPECT_THAT(run.out, StartsWith("2 OF 2 NOT GOOD"));
-  EXPECT_THAT(run.err, HasSubstr("another log's file is called the same"));
+  EXPECT_THAT(run.err, HasSubstr("another log has the same file name"));
   EXPECT_THAT(
       Ask("SELECT serial, code FROM standing ORDER BY serial", "out"),
       ::testing::ElementsAre("line/a/log.csv,duplicate-key", "line/b/log.csv,duplicate-key"));
@@ -252,7 +252,7 @@ TEST_F(Fleet, IsSharedAmongShards) {
   EXPECT_EQ(Run("--shard=3/3").exit_code, 1);
   const Finished other = Run("--shard=0/4");
   EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("shared among 3"));
+  EXPECT_THAT(other.err, HasSubstr("its shard count is 3"));
 }
 
 // A serial number stays one: in SQL, in names, in CSV, JSON and HTML.
@@ -327,7 +327,7 @@ TEST_F(Fleet, SaysWhatIsWrongWithTheCall) {
       {"--shard=4", "expected I/N"},
       {"--jobs=-1", "--jobs"},
       {"--jobs=2147483647", "0 to 1000"},
-      {"-c one.yaml", "one.yaml:2: device.serial is `A0001`, and would be that of 2 logs"},
+      {"-c one.yaml", "one.yaml:2: device.serial is `A0001`, which would apply to 2 logs"},
       {"--serial=x", "{serial}"},
       {"--store=mysql://x", "looks like a connection to a server"},
       {"nothing.csv", "there is no such log"},

@@ -72,7 +72,7 @@ TEST_F(FleetWatch, CalibratesWhatIsThereWhatArrivesAndWhatArrivesAgain) {
               ElementsAre("u0,2", "u1,1"));
   // One tool has the output.
   EXPECT_EQ(TemporaryFolder::Read(folder_.Path("second")), "2\n");
-  EXPECT_THAT(run.err, HasSubstr("in the hands of another fleet watch"));
+  EXPECT_THAT(run.err, HasSubstr("in use by another fleet watch"));
   const auto result = nlohmann::json::parse(run.out, nullptr, false);
   ASSERT_FALSE(result.is_discarded()) << run.out;
   EXPECT_EQ(result["result"]["done"], 3);
@@ -114,7 +114,7 @@ TEST_F(FleetWatch, EndsWithARunOfARecordingThatIsIncomplete) {
   EXPECT_THAT(Ask("SELECT serial, code FROM run ORDER BY serial"),
               ElementsAre("u0,", "u1,unreadable-file"));
   EXPECT_THAT(Run(watch + "--tag=lot=L17").out,
-              AllOf(StartsWith("1 OF 2 LEFT OUT NOT GOOD"), HasSubstr("  0 units in")));
+              AllOf(StartsWith("1 OF 2 SKIPPED UNITS NOT GOOD"), HasSubstr("  0 units in")));
 }
 
 TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
@@ -125,10 +125,10 @@ TEST_F(FleetWatch, TellsTheOperatorOfEachUnitInALine) {
   const std::string watch =
       "truetriad fleet watch line -o out --report=false --until-idle=0.1 --jobs=1 ";
   const Finished run = Run(watch);
-  EXPECT_THAT(
-      run.err,
-      AllOf(HasSubstr("good  NO LIMITS SET\n"),
-            HasSubstr("poor  NO RESULT  record again, hands off while it rests (no-rest)")));
+  EXPECT_THAT(run.err,
+              AllOf(HasSubstr("good  NO LIMITS SET\n"),
+                    HasSubstr("poor  NO RESULT  record again; do not touch the unit while it rests "
+                              "(no-rest)")));
   EXPECT_THAT(Run(watch + "--set=limits.accelerometer.bias=1e-9").err,
               HasSubstr("good  FAIL  set it aside (limit:accelerometer.bias."));
 }
@@ -185,7 +185,7 @@ TEST_F(FleetWatch, CountsRetestsAsThePolicyOfTheStoreSays) {
   EXPECT_THAT(Run(run).err, IsEmpty());
   Log("line/u1", 3);
   EXPECT_THAT(Run(run).err,
-              HasSubstr("u1: recording 3 of this unit is kept and does not count: 2 do"));
+              HasSubstr("u1: recording 3 of this unit is kept, but only the first 2 count"));
   const Finished other = Run(run + "--retest-counts=last");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("state the same"));
@@ -236,7 +236,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   const Finished ended =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
-          "watch=$!; lines err 'units wait' 1; kill -TERM $watch; wait $watch; code=$?; "
+          "watch=$!; lines err 'calibration waits' 1; kill -TERM $watch; wait $watch; code=$?; "
           "cat err >&2; (exit $code); }");
   EXPECT_EQ(ended.exit_code, 2);
   EXPECT_THAT(ended.err, HasSubstr("1 log not calibrated"));
@@ -244,8 +244,8 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   const Finished watched =
       Run("{ '" TRUETRIAD_BINARY
           "' fleet watch line -o out --report=false --require-golden=8h --tag=station=S3 2>err & "
-          "watch=$!; lines err 'units wait' 1; " +
-          check + "today.csv --tag=station=S3 >/dev/null; lines err 'units go on' 1; " +
+          "watch=$!; lines err 'calibration waits' 1; " +
+          check + "today.csv --tag=station=S3 >/dev/null; lines err 'calibration continues' 1; " +
           "await '[ -e out/units/u0 ]'; "
           "kill -TERM $watch; wait $watch; }");
   EXPECT_EQ(watched.exit_code, 0) << watched.err;
@@ -269,7 +269,7 @@ TEST_F(FleetWatch, WaitsForAStationWhoseGoldenUnitIsOverdue) {
   EXPECT_THAT(Run("truetriad check-station --golden=ref/calibration.yaml today.csv "
                   "--tag=station=S3 --store=checks.jsonl")
                   .err,
-              HasSubstr("keeps no checks"));
+              HasSubstr("cannot hold station checks"));
   EXPECT_FALSE(fs::exists(folder_.Path("checks.jsonl")));
 }
 

@@ -140,7 +140,7 @@ TEST_F(LogAlone, OfAUnitThatNeverRestsIsTakenForMotion) {
       0);
   const Finished run = RunTruetriad({"calibrate", recording + "/recording.yaml"});
   EXPECT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(run.out, HasSubstr("followed through its motion"));
+  EXPECT_THAT(run.out, HasSubstr("tracked through the motion"));
 }
 
 TEST_F(LogAlone, CannotBeAnExperimentNorAResult) {
@@ -189,7 +189,7 @@ TEST(InitialExperimentOfFewRests, LeavesOpenThatTheMotionIsFollowed) {
   const Finished run =
       RunTruetriad({"calibrate", folder.Path("few/recording.csv"), "-o", folder.Path("result")});
   EXPECT_EQ(run.exit_code, 0) << run.out;
-  EXPECT_THAT(run.out, HasSubstr("since else there is no result"));
+  EXPECT_THAT(run.out, HasSubstr("since it gives no result otherwise"));
   EXPECT_THAT(RunTruetriad({"init", folder.Path("few/recording.csv")}).out,
               Not(HasSubstr("motion:")));
 }

@@ -43,7 +43,7 @@ TEST_F(TumbledByHand, IsCalibratedWithoutAnyRest) {
   const Finished run = Calibrate("tumble/recording.yaml", "poses.motion.spacing_s=0.1");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;
   EXPECT_THAT(run.out,
-              AllOf(HasSubstr("followed through its motion: a chain of 1251 attitudes"),
+              AllOf(HasSubstr("tracked through the motion: a chain of 1251 attitudes"),
                     HasSubstr("correlated-residuals"),
                     HasSubstr("Noise is the σ of the mean at one attitude"),
                     Not(HasSubstr("rest noise")),

@@ -98,7 +98,7 @@ TEST_F(CheckStation, AgreesAsTheLastRecordingOfItsGoldenUnit) {
               AllOf(HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"),
                     HasSubstr(", and agreed"),
                     HasSubstr("STATION DOES NOT AGREE")));
-  EXPECT_THAT(again.err, HasSubstr("which a copy may renew"));
+  EXPECT_THAT(again.err, HasSubstr("which copying may change"));
 }
 
 // Gravity is known to 0.2 % by default, but it is the same on both days.

@@ -124,7 +124,7 @@ TEST_F(TemperatureSweep, RefusesTheStaticCalibrationOfAnotherUnit) {
   ASSERT_TRUE(WriteFileAtomically(folder_.Path("static.yaml"), CalibrationToYaml(*other)));
   const Finished unnamed = Calibrate("static=" + folder_.Path("static.yaml"));
   EXPECT_EQ(unnamed.exit_code, 3);
-  EXPECT_THAT(unnamed.out, HasSubstr("is not of this unit"));
+  EXPECT_THAT(unnamed.out, HasSubstr("is the calibration of another unit"));
 }
 
 // Gravity comes out 0.3 % off: ageing, or a thermometer that was changed. Which axis it is does not
@@ -191,11 +191,11 @@ TEST_F(TemperatureSweep, TakesAStaticCalibrationForTheTemperatureItWasRecordedAt
   known->reference.recorded_degc = Eigen::Vector3d(15.0, 20.0, 25.0);
   const Finished wide = with("");
   EXPECT_EQ(wide.exit_code, 2);
-  EXPECT_THAT(wide.err, HasSubstr("holds at no one temperature"));
+  EXPECT_THAT(wide.err, HasSubstr("belongs to no single temperature"));
   known->reference.recorded_degc = Eigen::Vector3d(80.0, 80.0, 80.0);
   const Finished outside = with("");
   EXPECT_EQ(outside.exit_code, 2);
-  EXPECT_THAT(outside.err, HasSubstr("sweep over it"));
+  EXPECT_THAT(outside.err, HasSubstr("over a range that includes it"));
   known->reference.recorded_degc.reset();
   const Finished elsewhere = with(",reference.gravity_mps2=9.78");
   EXPECT_EQ(elsewhere.exit_code, 2);
@@ -209,7 +209,7 @@ TEST_F(TemperatureSweep, IsJudgedByItsLimits) {
   // At the reference temperature it is held.
   const Finished held = Calibrate("limits={accelerometer.bias: 0.5}");
   EXPECT_EQ(held.exit_code, 1);
-  EXPECT_THAT(held.err, HasSubstr("held in a sweep, not measured"));
+  EXPECT_THAT(held.err, HasSubstr("limits a quantity that a sweep does not measure"));
 }
 
 TEST_F(TemperatureSweep, RefusesKnotsThatItDidNotPass) {
@@ -263,7 +263,7 @@ TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("Second-order regression: Accelerometer x"),
                     HasSubstr("The regression is reported,"),
-                    HasSubstr("static calibration tells it")));
+                    HasSubstr("static calibration determines it")));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("regressed/report.html")),
               HasSubstr("Second-order regression"));
   Result<Calibration> found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));

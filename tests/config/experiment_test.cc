@@ -437,12 +437,12 @@ TEST_F(ExperimentConfig, RefusesWhatContradictsItselfWithItsLine) {
               HasSubstr("no magnetometer is calibrated"));
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +
                       "limits: { gyroscope.bias: { upper: 1, if_present: true } }\n"),
-              HasSubstr("none of them is of what is calibrated"));
+              HasSubstr("none of the limited quantities"));
   EXPECT_TRUE(
       LoadWell(std::string(kMinimal) + "initialise: { only: true }\n").options.initialise.only);
   EXPECT_THAT(ErrorOf(std::string(kMinimal) +
                       "initialise: { only: true }\nlimits: { accelerometer.bias: 1 }\n"),
-              HasSubstr("start values have no σ to be judged with"));
+              HasSubstr("start values have no σ, without which no limit can be judged"));
   EXPECT_THAT(ErrorOf("experiment: 1\nsensors:\n"
                       "  accelerometer: { fixed: { matrix: identity, bias: [0, 0, 0] } }\n"),
               AllOf(HasSubstr("experiment.yaml:3"), HasSubstr("nothing is left to estimate")));

@@ -259,7 +259,7 @@ TEST_F(ScenarioConfig, NamesFileAndLineOfEachErrorAllAtOnce) {
 
 TEST_F(ScenarioConfig, RefusesWhatIsSaidTwice) {
   EXPECT_THAT(SensorError(Triad::kAccelerometer, "bias_mg: 3, bias_mps2: 1"),
-              HasSubstr("says the same as"));
+              HasSubstr("states the same quantity as"));
   EXPECT_THAT(SensorError(Triad::kAccelerometer,
                           "sensitivity: [[1, 0, 0], [0, 1, 0], [0, 0, 1]], scale_error: 0.1"),
               HasSubstr("keep one"));

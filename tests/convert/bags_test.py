@@ -161,7 +161,7 @@ class Bags(unittest.TestCase):
         path = self.write("ros2-db3", "log", topics, [("/driver", START_NS + i, custom_values(i)) for i in range(9)])
         flags = "--columns=accelerometer=/driver:low.acc@t_us", "--units=us,mg"
         done = self.convert("ros2-db3", path, *flags, code=1)
-        self.assertIn("--layout=FILE.msg, under a line `MSG: mine/msg/Reading`", done.stderr)
+        self.assertIn("--layout=FILE.msg, below a line `MSG: mine/msg/Reading`", done.stderr)
         layout = self.folder / "Reading.msg"
         for text in (CUSTOM_TEXT.format(""), "MSG: mine/Reading\n" + CUSTOM_TEXT.format("msg/")):
             layout.write_text(text)
@@ -172,9 +172,9 @@ class Bags(unittest.TestCase):
         done = self.convert("ros2-db3", path, *flags, f"--layout={layout}", code=2)
         self.assertIn("line 2: `uint64` is not a field", done.stderr)
         layout.write_text("mine/Reading again\n")
-        self.assertIn("holds itself", self.convert("ros2-db3", path, *flags, f"--layout={layout}", code=2).stderr)
+        self.assertIn("contains itself", self.convert("ros2-db3", path, *flags, f"--layout={layout}", code=2).stderr)
         layout.write_text("other/Type again\n")
-        self.assertIn("which fields a other/Type has", self.convert(
+        self.assertIn("the fields of other/Type are not known", self.convert(
             "ros2-db3", path, *flags, f"--layout={layout}", code=1).stderr)
         # A layout that is not that of the messages: none is whole, so nothing is written.
         layout.write_text("uint8 unit\nstring t_us\nmine/Sample low\nMSG: mine/Sample\nint16[3] acc\n")

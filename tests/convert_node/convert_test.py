@@ -256,7 +256,7 @@ class Converters(unittest.TestCase):
             self.assertEqual("turned as x, y and z are" in done.stderr, turn(1, 2, 3) != (1, 2, 3))
         # What does not move shows nothing.
         rows = [("sensor_gyro", 0, struct.pack("<Q4f3h", 1000 * i, 1, 2, 3, 0.01, 1, 2, i)) for i in range(9)]
-        self.assertIn("cannot be told", self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows)).stderr)
+        self.assertIn("whose rotation x, y and z do not determine", self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows)).stderr)
 
     def test_ulog_of_2020_may_be_corrected_by_the_drivers(self):
         own = {"CAL_ACC0_ID": 7, "CAL_ACC0_XOFF": 0.25, "CAL_ACC0_XSCALE": 1.5, "CAL_MAG0_ID": 7, "CAL_MAG0_YOFF": 0.5,

@@ -589,7 +589,7 @@ TEST(GivenPoses, RefuseRangesOutOfOrderOrBehindTheEnd) {
   const Result<PoseSet> beyond = Collect({Counting(100)}, selection);
   ASSERT_FALSE(beyond);
   EXPECT_THAT(beyond.error().message,
-              testing::HasSubstr("range 2 (rows 80 to 300) has few readings"));
+              testing::HasSubstr("range 2 (rows 80 to 300) lies mostly beyond"));
 }
 
 TEST(PoseStatistics, GiveTemperatureAndItsRate) {

@@ -100,7 +100,7 @@ TEST(RowsInTime, RowsInWhichTheGyroscopeTurnsAreALog) {
   const Status status = RejectRowsOfALog(rows(20.0));
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kMissingTime);
-  EXPECT_THAT(status.error().message, HasSubstr("the gyroscope turns in 5 of them"));
+  EXPECT_THAT(status.error().message, HasSubstr("the gyroscope shows rotation in 5 of them"));
 }
 
 TEST(RowsInTime, WithTimesNothingIsAsked) {

@@ -41,7 +41,12 @@ bool Has(const FaultFindings& found, std::string_view name, Triad triad) {
   });
 }
 
-// Readings.
+FaultFindings FindFaultsOf(const std::vector<StatedFault>& stated, SettledModel* settled) {
+  ReducedSystem system(settled->graph);
+  return FindFaults(stated, &settled->graph, &settled->noise, &system);
+}
+
+// The number of readings that were left out.
 int LeftOutOf(const PoseGraph& graph) {
   int count = 0;
   for (const PoseNode& node : graph.nodes) {
@@ -68,7 +73,7 @@ Outcome RunClean(const TrialPlan& plan, int runs) {
     if (auto of_faces = FaceCurvatures(settled.graph, ReducedSystem(settled.graph).covariance())) {
       stated.push_back(std::move(*of_faces));
     }
-    const FaultFindings found = FindFaults(stated, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf(stated, &settled);
     EXPECT_FALSE(found.misfit.is_unexplained) << seed;
     if (!found.faults.empty() || found.lost_rows) ++outcome.with_findings;
     int dimension = 0;
@@ -147,7 +152,7 @@ TEST_P(FindFaultsPlanted, IsFoundAndCorrected) {
     auto trial = trials::MakeFaultTrial({.has_gyroscope = planted.needs_gyroscope}, &random);
     planted.plant(&trial);
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     right += Has(found, planted.name, planted.triad) ? 1 : 0;
     const Eigen::VectorXd error = trials::ErrorOf(settled.graph, trial.unit);
     const Eigen::MatrixXd covariance = trials::CovarianceOf(settled, found);
@@ -196,7 +201,7 @@ TEST(FindFaults, RecoversWhatWasPlantedWithoutNoise) {
       trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += step;
     }
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
     const TakenFault& fault = found.faults[0];
     EXPECT_EQ(NameOf(fault.place), "magnetometer bias step");
@@ -224,7 +229,7 @@ TEST(FindFaults, TakesTwoAtOnce) {
     trials::kPlanted[0].plant(&trial);  // accelerometer bias step
     trials::kPlanted[2].plant(&trial);  // magnetometer field step
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     const bool has_both = Has(found, "bias step", Triad::kAccelerometer) &&
                           Has(found, "field step", Triad::kMagnetometer);
     if (has_both) ++right;
@@ -238,7 +243,7 @@ TEST(FindFaults, SaysEitherOrWhereNothingTells) {
   auto trial = trials::MakeFaultTrial({.has_gyroscope = false}, &random);
   trials::kPlanted[7].plant(&trial);
   SettledModel settled = trials::Settled(trial);
-  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({}, &settled);
   ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
   const std::string sentence = WordsOf(found.faults[0], {}).Statement();
   EXPECT_THAT(sentence, testing::StartsWith("either "));
@@ -262,7 +267,7 @@ TEST(FindFaults, NamesLostRows) {
       }
     }
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     if (!found.lost_rows) continue;
     ++told;
     EXPECT_GT(found.lost_rows->share, 0.02) << ListOf(found);
@@ -277,7 +282,7 @@ TEST(FindFaults, LeavesACleanGraphAsItIs) {
   const Eigen::VectorXd before = settled.graph.shared;
   const Eigen::Matrix3d variance = settled.graph.nodes[3].observations[0].variance;
   const ExcessVariance excess = settled.noise.excess;
-  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({}, &settled);
   EXPECT_TRUE(found.faults.empty()) << ListOf(found);
   EXPECT_GT(found.looked_for, 25);
   EXPECT_EQ(settled.graph.shared, before);
@@ -298,13 +303,13 @@ TEST(FindFaults, CountsWhatIsStatedAndDoesNotFindIt) {
   const ScannedForm form(scene.ColumnsOf(Triad::kAccelerometer, FaultForm::kSquare), true);
   const StatedFault stated{form.Column(WeightsOf(FaultShape::kThroughout, {0, 24}, scene)),
                            Eigen::Vector3d::Constant(0.1)};
-  const FaultFindings found = FindFaults({stated}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({stated}, &settled);
   EXPECT_TRUE(found.faults.empty()) << ListOf(found);
   int dimension = 0;
   const double nees = trials::Nees(
       trials::ErrorOf(settled.graph, trial.unit), trials::CovarianceOf(settled, found), &dimension);
   EXPECT_LT(nees, ChiSquareQuantile(0.999, dimension));
-  const FaultFindings without = FindFaults({}, &other.graph, &other.noise);
+  const FaultFindings without = FindFaultsOf({}, &other);
   EXPECT_TRUE(Has(without, "quadratic term", Triad::kAccelerometer)) << ListOf(without);
 }
 
@@ -316,7 +321,7 @@ TEST(FindFaults, ScansALongRunByStretches) {
     trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += 0.3 * trials::kSome;
   }
   SettledModel settled = trials::Settled(trial);
-  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({}, &settled);
   ASSERT_FALSE(found.faults.empty());
   EXPECT_EQ(NameOf(found.faults[0].place), "magnetometer bias step");
   EXPECT_NEAR(found.faults[0].place.first_pose, 96, 3);
@@ -332,7 +337,7 @@ TEST(FindFaults, CountsAgainWhatWasLeftOutWhereAStepExplainsIt) {
   }
   SettledModel settled = trials::Settled(trial);
   ASSERT_EQ(LeftOutOf(settled.graph), 2);
-  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({}, &settled);
   ASSERT_EQ(found.faults.size(), 1U) << ListOf(found);
   EXPECT_EQ(NameOf(found.faults[0].place), "magnetometer bias step");
   EXPECT_EQ(found.faults[0].place.first_pose, 3);
@@ -359,7 +364,7 @@ TEST(FindFaults, WeighsABendAgainstTheOutliersThatItMakes) {
     });
     SettledModel settled = trials::Settled(trial);
     if (LeftOutOf(settled.graph) > 0) ++left_out;
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     const Eigen::ArrayXd error = trials::ErrorOf(settled.graph, trial.unit).array().abs();
     const Eigen::ArrayXd sigma = trials::CovarianceOf(settled, found).diagonal().array().sqrt();
     if (!((error / sigma).maxCoeff() > 5.0)) continue;
@@ -383,7 +388,7 @@ TEST(FindFaults, AllowsForAFieldThatTurns) {
       return Eigen::Vector3d((k >= 12 ? 1.0 : 0.0) * (model.sensitivity * off));
     });
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     EXPECT_TRUE(Has(found, "field step", Triad::kMagnetometer)) << seed << ListOf(found);
     const int at = settled.graph.layout.sensitivity[Triad::kMagnetometer];
     const auto columns = settled.graph.layout.ColumnsOf(at, 9);
@@ -406,7 +411,7 @@ TEST(FindFaults, AllowsForABendThatSixFacesHardlyShow) {
                                        Eigen::Vector3d(model.sensitivity * x / 10.0).cwiseAbs2()));
     });
     SettledModel settled = trials::Settled(trial);
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     EXPECT_TRUE(Has(found, "quadratic term", Triad::kAccelerometer)) << seed << ListOf(found);
     const Eigen::ArrayXd error = trials::ErrorOf(settled.graph, trial.unit).array().abs();
     const Eigen::ArrayXd sigma = trials::CovarianceOf(settled, found).diagonal().array().sqrt();
@@ -425,7 +430,7 @@ TEST(FindFaults, TakesTurnsThatEndAnywhereForNoLostRows) {
       const Eigen::Vector3d turn = RotationLog(edge.increment.rotation);
       edge.increment.rotation = RotationExp(Eigen::Vector3d(7.0 * turn)) * edge.increment.rotation;
     }
-    const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+    const FaultFindings found = FindFaultsOf({}, &settled);
     EXPECT_FALSE(found.lost_rows) << seed;
   }
 }
@@ -440,7 +445,7 @@ TEST(FindFaults, TakesFewWildTurnsForNoLostRows) {
       readings[readings.size() / 2] += 2000.0 * random.Normal3();
     }
     SettledModel settled = trials::Settled(trial);
-    EXPECT_FALSE(FindFaults({}, &settled.graph, &settled.noise).lost_rows) << seed;
+    EXPECT_FALSE(FindFaultsOf({}, &settled).lost_rows) << seed;
   }
 }
 
@@ -452,7 +457,7 @@ TEST(FindFaults, SaysWhatNoneOfThemExplains) {
     trial.poses.poses[k].triads[Triad::kMagnetometer]->mean_raw += 10.0 * random.Normal3();
   }
   SettledModel settled = trials::Settled(trial);
-  const FaultFindings found = FindFaults({}, &settled.graph, &settled.noise);
+  const FaultFindings found = FindFaultsOf({}, &settled);
   EXPECT_TRUE(found.misfit.is_unexplained) << ListOf(found);
   EXPECT_THAT(WordsOf(found.misfit), testing::HasSubstr("times their noise at rest"));
 }
@@ -473,8 +478,8 @@ TEST(FaultWords, SayWhatWasSeenWhereAndWhatToDo) {
   units[Triad::kMagnetometer] = "uT";
   EXPECT_EQ(WordsOf(fault, units).Statement(),
             "magnetometer: bias step, from pose 13 on: (0.41, -0.5, 0.3) ± (0.01, 0.02, 0.01) uT; "
-            "chance makes as much in one of 10^37 recordings; left in, it would move a parameter "
-            "by 25.0 of its σ");
+            "by chance alone, 1 of 10^37 fault-free recordings shows as much; left uncorrected, it "
+            "would shift a parameter by up to 25.0 σ");
   fault.rivals.push_back({step, Triad::kAccelerometer, 12, 0});
   EXPECT_THAT(WordsOf(fault, units).Statement(),
               testing::StartsWith("either magnetometer: bias step, from pose 13 on, or "

@@ -50,7 +50,7 @@ struct Dense {
 };
 
 Dense DenseOf(const PoseGraph& graph, const std::vector<NoiseComponent>& components) {
-  const FaultSystem system(graph, components);
+  const FaultSystem system(ReducedSystem(graph), graph, components);
   Dense dense;
   const Eigen::Index rows = system.residual().size();
   dense.shared = graph.layout.free_size();
@@ -145,7 +145,7 @@ TEST(FaultSystem, IsThatOfAllRowsAndUnknownsInOneMatrix) {
     const auto& components = made.settled.noise.estimated;
     ASSERT_GE(components.size(), 3U);
     Dense dense = DenseOf(graph, components);
-    FaultSystem system(graph, components);
+    FaultSystem system(ReducedSystem(graph), graph, components);
     const Eigen::Index rows = dense.r.size();
     dense.Factor(MatrixXd(rows, 0), VectorXd());
     const double likelihood_without =
@@ -264,7 +264,7 @@ TEST(FaultTest, IsWhatItsFormulasSay) {
     const double dof =
         2.0 / scaled_g.dot((scale.asDiagonal() * F1 * scale.asDiagonal()).inverse() * scaled_g);
 
-    const FaultSystem system(graph, components);
+    const FaultSystem system(ReducedSystem(graph), graph, components);
     const StackedRows projected = system.Projected(made.tested);
     const ColumnSums sums{made.tested.Transposed(projected),
                           made.tested.TransposedVector(system.q()),
@@ -283,8 +283,9 @@ TEST(FaultTest, IsWhatItsFormulasSay) {
 TEST(FaultSystem, SaysTheSameByRowsAsByItsMatrix) {
   const Case made = MakeCase(21);
   const auto& components = made.settled.noise.estimated;
-  FaultSystem dense(made.settled.graph, components);
-  FaultSystem by_rows(made.settled.graph, components, 0);
+  const ReducedSystem reduced(made.settled.graph);
+  FaultSystem dense(reduced, made.settled.graph, components);
+  FaultSystem by_rows(reduced, made.settled.graph, components, 0);
   AddedColumns added;
   added.Append(made.taken, VectorXd::Constant(3, 0.3), dense.residual().size());
   dense.TakeIn(made.settled.graph, added);

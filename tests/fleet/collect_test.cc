@@ -105,7 +105,8 @@ TEST_F(Collecting, NamesUnitsThatHaveTheReadingsOfAnother) {
   ASSERT_TRUE(collected) << collected.error().message;
   EXPECT_EQ(collected->added, 3u);
   const auto is_copy_of = [](const std::string& copy, const std::string& of) {
-    return AllOf(HasSubstr("unit `" + copy + "` (run "), HasSubstr("which is unit `" + of + "`"));
+    return AllOf(HasSubstr("unit `" + copy + "` (run "),
+                 HasSubstr("which belongs to unit `" + of + "`"));
   };
   EXPECT_THAT(collected->copies,
               ElementsAre(is_copy_of("B1", "A1"), is_copy_of("A2", "A1"), is_copy_of("A2", "B1")));
@@ -176,12 +177,13 @@ TEST_F(Collecting, TakesShardsOfOneNumber) {
                     four = Written("b.jsonl", {1, 4}, {"2"});
   const Result<Collected> both = Collect({three, four}, target_);
   ASSERT_FALSE(both);
-  EXPECT_THAT(both.error().message, HasSubstr("b.jsonl: is of 4 shards, and " + three + " of 3"));
+  EXPECT_THAT(both.error().message,
+              HasSubstr("b.jsonl: states the shard count 4, but " + three + " states 3"));
   EXPECT_FALSE(std::filesystem::exists(target_));
   ASSERT_TRUE(Collect({three}, target_));
   const Result<Collected> other = Collect({four}, target_);
   ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("shared among 3, not 4"));
+  EXPECT_THAT(other.error().message, HasSubstr("its shard count is 3, not 4"));
 }
 
 TEST_F(Collecting, AddsNothingWhereASourceIsSpoilt) {
@@ -222,9 +224,10 @@ TEST_F(Collecting, TakesWhatIsNotFinishedOnlyWhenTold) {
   // A line less in the middle.
   const std::size_t second = whole.find('\n') + 1, third = whole.find('\n', second) + 1;
   folder_.Write("1.jsonl", whole.substr(0, second) + whole.substr(third));
-  EXPECT_THAT(Collect({good, cut}, target_).error().message,
-              HasSubstr("says that above it are 2 runs, 0 decisions and 0 checks of stations, and "
-                        "there are 1 runs"));
+  EXPECT_THAT(
+      Collect({good, cut}, target_).error().message,
+      HasSubstr("states that 2 runs, 0 decisions and 0 checks of stations are above it, but "
+                "there are 1 runs"));
 }
 
 TEST_F(Collecting, IsIntoAnotherStore) {
@@ -233,7 +236,7 @@ TEST_F(Collecting, IsIntoAnotherStore) {
   ASSERT_TRUE(Collect({source}, target_));
   std::filesystem::create_symlink("all.db", folder_.Path("link.db"));
   EXPECT_THAT(Collect({folder_.Path("link.db")}, "sqlite:" + target_).error().message,
-              HasSubstr("is the store itself"));
+              HasSubstr("is the target store itself"));
 }
 
 TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {
@@ -321,15 +324,14 @@ TEST_F(Collecting, TakesTheRetestPolicyAlongAndNoOther) {
     const Result<Collected> both = Collect({first, second}, target_);
     ASSERT_FALSE(both);
     EXPECT_EQ(both.error().code, ErrorCode::kConflictingArguments);
-    EXPECT_THAT(both.error().message, HasSubstr("and in " + first + " by `first`"));
+    EXPECT_THAT(both.error().message, HasSubstr("but that of " + first + " is `first`"));
     EXPECT_FALSE(std::filesystem::exists(target_));
   }
   ASSERT_TRUE(Collect({first}, target_));
   EXPECT_EQ((*OpenStoreToRead(target_))->Header()->policy->counts, RetestCounts::kFirst);
   const Result<Collected> late = Collect({unstated}, target_);
   ASSERT_FALSE(late);
-  EXPECT_THAT(late.error().message,
-              HasSubstr("all.db: of a unit's runs counts the one by `first`"));
+  EXPECT_THAT(late.error().message, HasSubstr("all.db: its retest policy is `first`"));
   EXPECT_EQ(Lines(target_).size(), 1u);
 }
 
@@ -341,9 +343,9 @@ TEST_F(Collecting, AddsNothingOfARunThatIsThereWithAnotherContent) {
   const Result<Collected> both = Collect({one, other}, target_);
   ASSERT_FALSE(both);
   EXPECT_THAT(both.error().message,
-              HasSubstr("2.jsonl: run " + SampleId("2") + " is there with another content"));
+              HasSubstr("2.jsonl: run " + SampleId("2") + " exists twice with different content"));
   ASSERT_TRUE(Collect({one}, target_));
-  EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with another content"));
+  EXPECT_THAT(Collect({other}, target_).error().message, HasSubstr("with different content"));
   EXPECT_EQ(Lines(target_).size(), 2u);
 }
 
@@ -380,7 +382,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
       ASSERT_FALSE(both);
       EXPECT_EQ(both.error().code, ErrorCode::kDoesNotMatch);
       EXPECT_THAT(both.error().message,
-                  HasSubstr(sources[1] + ": " + what + " is there with another content"));
+                  HasSubstr(sources[1] + ": " + what + " exists twice with different content"));
       EXPECT_FALSE(std::filesystem::exists(target_));
     }
   }
@@ -389,7 +391,7 @@ TEST_F(Collecting, AddsNothingOfADecisionOrCheckThatIsThereWithAnotherContent) {
     const Result<Collected> late = Collect({other}, target_);
     ASSERT_FALSE(late);
     EXPECT_EQ(late.error().code, ErrorCode::kDoesNotMatch);
-    EXPECT_THAT(late.error().message, HasSubstr(what + " is there with another content"));
+    EXPECT_THAT(late.error().message, HasSubstr(what + " exists twice with different content"));
   }
 }
 

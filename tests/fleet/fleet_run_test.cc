@@ -144,7 +144,7 @@ TEST_F(Engine, HoldsUnitsForAsLongAsItIsTold) {
   const Result<FleetProgress> progress = Run();
   ASSERT_TRUE(progress);
   EXPECT_EQ(progress->done, 3u);
-  EXPECT_THAT(notes_, ElementsAre("units wait: overdue", "units go on"));
+  EXPECT_THAT(notes_, ElementsAre("calibration waits: overdue", "calibration continues"));
 }
 
 // What a worker has lost stays with it alone: another goes on.
@@ -251,8 +251,8 @@ TEST_F(Engine, RefusesAllUnitsOfOneRecording) {
   EXPECT_EQ(progress->verdicts.at(Verdict::kNoLimits), 2u);
   const std::vector<UnitRun> runs = Runs();
   ASSERT_THAT(runs, SizeIs(4));
-  EXPECT_THAT(runs[0].message, HasSubstr("u0.csv: has the readings of " + units_[3].log));
-  EXPECT_THAT(runs[3].message, HasSubstr("v0.csv: has the readings of " + units_[0].log));
+  EXPECT_THAT(runs[0].message, HasSubstr("u0.csv: has the same readings as " + units_[3].log));
+  EXPECT_THAT(runs[3].message, HasSubstr("v0.csv: has the same readings as " + units_[0].log));
 }
 
 TEST_F(Engine, NamesUnitsThatDifferInCapitalLettersAlone) {
@@ -385,7 +385,7 @@ TEST_F(Engine, SaysWhichRunLiftsADecision) {
   ASSERT_TRUE(Run());
   EXPECT_THAT(warnings_,
               ElementsAre(AllOf(HasSubstr("does not lift the decision of R. Roe (FAIL: bent)"),
-                                HasSubstr("only its file says when"),
+                                HasSubstr("its time of measurement is known only from"),
                                 HasSubstr("`truetriad fleet dispose u0 --store="))));
   units_[0].recorded = "2999-11-25T12:00:00Z";
   warnings_.clear();
@@ -417,7 +417,7 @@ TEST_F(Engine, SaysByWhichOtherLimitsAUnitIsGood) {
       ElementsAre(AllOf(was_fail, HasSubstr("of ± 0.0001 m/s²"), HasSubstr("of ± 5 m/s²"))));
   run({narrow});
   run({"limits.accelerometer.scale_error=0.9"});
-  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("is not judged by that"))));
+  EXPECT_THAT(warnings_, ElementsAre(AllOf(was_fail, HasSubstr("is not judged by this limit"))));
   run({narrow});
   UnitRun cut_off;
   cut_off.id = NewRunId();
@@ -553,7 +553,7 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   ASSERT_TRUE((*store)->AddStationCheck(other));
   EXPECT_THAT(why(), HasSubstr("no check of its golden unit"));
   check(3700.0, true);
-  EXPECT_THAT(why(), HasSubstr("1.028 h ago, and may be 1 h old"));
+  EXPECT_THAT(why(), HasSubstr("1.028 h ago, but a check may be at most 1 h old"));
   check(20.0, true);
   EXPECT_EQ(why(), "");
   // However long ago, and whatever other golden units say.

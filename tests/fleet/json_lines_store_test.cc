@@ -88,7 +88,8 @@ TEST_F(JsonLines, SayWhichLineIsSpoilt) {
   Write({"1", "2"});
   const std::string whole = Text();
   folder_.Write("new/shard.jsonl", whole + "{\"run\": 3}\n");
-  EXPECT_THAT(Read(), ElementsAre(HasSubstr("shard.jsonl:4: is no line of a fleet's run")));
+  EXPECT_THAT(Read(),
+              ElementsAre(HasSubstr("shard.jsonl:4: is not a valid record of a fleet run")));
   EXPECT_FALSE(OpenStore(path_));
 }
 
@@ -96,7 +97,7 @@ TEST_F(JsonLines, AreOfOneShard) {
   Write({"1"}, {1, 3});
   const std::unique_ptr<Store> store = Opened();
   EXPECT_TRUE(store->StateShard({1, 3}));
-  EXPECT_THAT(store->StateShard({1, 4}).error().message, HasSubstr("shared among 3, not 4"));
+  EXPECT_THAT(store->StateShard({1, 4}).error().message, HasSubstr("its shard count is 3, not 4"));
   EXPECT_THAT(store->StateShard({2, 3}).error().message, HasSubstr("shard 1 of 3, not of 2/3"));
   // A line that was put in from elsewhere.
   UnitRun other = SampleRun("2", "B");
@@ -161,17 +162,18 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   struct Case {
     std::string text, message;
   };
-  for (const Case& one : {Case{header + "99,\"shards\":1}\n",
-                               "has the schema of version 99, and this program reads and writes "
-                               "version 6; use the truetriad that wrote it"},
-                          Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
-                          Case{"{\"format\":\"truetriad/runs/3\"}\n", "is no file of runs"},
-                          Case{"a log\n1,2\n", "is no file of runs"},
-                          Case{"one line without an end", "is no file of runs"},
-                          Case{"{}\n", "is no file of runs"},
-                          Case{header + "6}\n", "is no file of runs"},
-                          Case{header + "6,\"shards\":0}\n", "is no file of runs"},
-                          Case{header + "6,\"shards\":2,\"shard\":2}\n", "is no file of runs"}}) {
+  for (const Case& one :
+       {Case{header + "99,\"shards\":1}\n",
+             "has the schema of version 99, and this program reads and writes "
+             "version 6; use the truetriad that wrote it"},
+        Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
+        Case{"{\"format\":\"truetriad/runs/3\"}\n", "is not a file of runs"},
+        Case{"a log\n1,2\n", "is not a file of runs"},
+        Case{"one line without an end", "is not a file of runs"},
+        Case{"{}\n", "is not a file of runs"},
+        Case{header + "6}\n", "is not a file of runs"},
+        Case{header + "6,\"shards\":0}\n", "is not a file of runs"},
+        Case{header + "6,\"shards\":2,\"shard\":2}\n", "is not a file of runs"}}) {
     const std::string path = folder_.Write("other.jsonl", one.text);
     const auto store = OpenStore(path);
     ASSERT_FALSE(store) << one.text;
@@ -194,22 +196,22 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
     std::string message;
   };
   const std::vector<Case> cases = {
-      {[](UnitRun* run) { run->id = "zzz"; }, "its name \"zzz\" is none"},
-      {[](UnitRun* run) { run->id = ""; }, "its name \"\" is none"},
-      {[](UnitRun* run) { run->id = "../../x"; }, "is none that truetriad has made"},
+      {[](UnitRun* run) { run->id = "zzz"; }, "its name is \"zzz\", expected a time"},
+      {[](UnitRun* run) { run->id = ""; }, "its name is \"\", expected a time"},
+      {[](UnitRun* run) { run->id = "../../x"; }, "expected a time up to 2200"},
       {[](UnitRun* run) { run->serial = ""; }, "has 0 bytes, expected 1 to 1000"},
       {[](UnitRun* run) { run->serial.assign(100'000, 'x'); }, "has 100000 bytes"},
       {[](UnitRun* run) { run->serial = std::string("a\0b", 3); }, "\"a\\u0000b\" has 3 bytes"},
       {[](UnitRun* run) { run->created = "yesterday"; }, "created is \"yesterday\""},
       {[](UnitRun* run) { run->parameters[1].sigma = -1.0; }, "expected 0 or more"},
-      {[](UnitRun* run) { run->parameters[1].name = run->parameters[0].name; }, "there twice"},
+      {[](UnitRun* run) { run->parameters[1].name = run->parameters[0].name; }, "occurs twice"},
       {[](UnitRun* run) { run->covariance.pop_back(); }, "the covariance has"},
       {[](UnitRun* run) { run->created = "2026-99-25T12:00:00Z"; }, "created is \"2026-99-25"},
       {[](UnitRun* run) { run->created = "2026-11-31T12:00:00Z"; }, "created is \"2026-11-31"},
       {[](UnitRun* run) { run->recorded = "yesterday"; }, "recorded is \"yesterday\""},
       {[](UnitRun* run) { run->recorded_by = "hand"; }, "recorded_by is \"hand\""},
-      {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "is none"},
-      {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "until 2200"},
+      {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "expected a time"},
+      {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "up to 2200"},
       {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, and its limit"},
       {[](UnitRun* run) { run->verdict = Verdict::kFail; }, "misses none of its limits"},
   };
@@ -222,7 +224,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
   const std::string good = LineOf(SampleRun("1", "A"));
   for (const auto& [from, to, message] :
        {std::tuple("\"verdict\":\"PASS\"", "\"verdict\":\"pass\"", "`pass` is no verdict"),
-        {"\"lot\"", "\"lott\"", "tags that no experiment has"}}) {
+        {"\"lot\"", "\"lott\"", "unknown tags among"}}) {
     std::string line = good;
     line.replace(line.find(from), std::string_view(from).size(), to);
     folder_.Write("new/shard.jsonl", header + line);
@@ -241,7 +243,7 @@ TEST_F(JsonLines, KeepTheRetestPolicyThatWasStatedFirst) {
   EXPECT_EQ(store->Header()->policy, policy);
   EXPECT_TRUE(store->StateRetestPolicy(policy));
   EXPECT_THAT(store->StateRetestPolicy({}).error().message,
-              HasSubstr("`best, 2 more`, not by `last`"));
+              HasSubstr("`best, 2 more`, not `last`"));
 }
 
 TEST_F(JsonLines, TakeNoRetestPolicyOnceTheyHaveBegunWithoutOne) {
@@ -249,7 +251,7 @@ TEST_F(JsonLines, TakeNoRetestPolicyOnceTheyHaveBegunWithoutOne) {
   const std::unique_ptr<Store> store = Opened();
   EXPECT_TRUE(store->StateRetestPolicy({}));
   EXPECT_THAT(store->StateRetestPolicy({RetestCounts::kBest, 2}).error().message,
-              HasSubstr("has begun without a retest policy"));
+              HasSubstr("was begun without a retest policy"));
 }
 
 TEST_F(JsonLines, AnswerNoQuestions) {

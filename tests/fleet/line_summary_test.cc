@@ -247,7 +247,7 @@ TEST_F(LineOfUnits, LooksAtTheUnitsThatAreAskedFor) {
   EXPECT_EQ(count("recorded < '2026-11-24T00:02'"), "2");
   EXPECT_EQ(count("lot = 'L2' AND serial <> 'u4' -- why"), "2");
   EXPECT_EQ(count("\"order\" IS NULL"), "6");
-  EXPECT_THAT(count("lots = 1"), HasSubstr("not understood"));
+  EXPECT_THAT(count("lots = 1"), HasSubstr("is not valid"));
   const Json summary = Summary();
   ASSERT_EQ(summary["yield"]["by_tag"].count("lot"), 1u);
   EXPECT_EQ(summary["yield"]["by_tag"]["lot"][0]["value"], "L'1");
@@ -470,7 +470,7 @@ TEST_F(StudyOfUnits, OfOneUnitIsOfType1) {
 TEST_F(StudyOfUnits, SaysWhatItLacks) {
   Result<Json> none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("no run is one of the study"));
+  EXPECT_THAT(none.error().message, HasSubstr("the condition of the study selects no run"));
   AddStudy(1, 1, 1);
   none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
@@ -478,7 +478,8 @@ TEST_F(StudyOfUnits, SaysWhatItLacks) {
   AddStudy(3, 2, 2);
   none = Summarise(*store_, options_);
   ASSERT_FALSE(none);
-  EXPECT_THAT(none.error().message, HasSubstr("2 runs of part part1 by op0, elsewhere 3"));
+  EXPECT_THAT(none.error().message,
+              HasSubstr("2 runs of part part1 by op0, but up to 3 in other cells"));
 }
 
 // The same files calibrated again would be a gauge without any error.

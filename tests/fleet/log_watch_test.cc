@@ -160,7 +160,7 @@ TEST_F(Watch, GivesAnIncompleteRecordingAsItIsWhenItEnds) {
   EXPECT_TRUE(watch_->Look());
   EXPECT_FALSE(watch_->HasEnded());
   EXPECT_THAT(watch_->Left(),
-              ElementsAre(HasSubstr("late.csv is not calibrated: somebody still writes"),
+              ElementsAre(HasSubstr("late.csv is not calibrated: another program is still writing"),
                           HasSubstr("recording.yaml is not calibrated: it names files")));
   EXPECT_THAT(Given(0.0, 1), ElementsAre("unit/recording.yaml"));
   EXPECT_GE(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(1500));

@@ -141,7 +141,7 @@ TEST_F(PostgreSQLStore, GivesUpAServerThatIsGone) {
   server()->Start();
   ASSERT_FALSE(status);
   EXPECT_EQ(status.error().code, ErrorCode::kStoreFailure);
-  EXPECT_THAT(status.error().message, HasSubstr("in 0.5 s there was no other"));
+  EXPECT_THAT(status.error().message, HasSubstr("not restored within 0.5 s"));
   EXPECT_FALSE(at_once);
   EXPECT_TRUE((*store)->Add(RunOf("A1")));
 }
@@ -167,11 +167,11 @@ TEST_F(PostgreSQLStore, IsNotTakenForWhatItIsNot) {
   server()->Psql(url_, "CREATE TABLE fact (name TEXT, value TEXT)");
   const auto other = OpenStore(url_);
   ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has made"));
+  EXPECT_THAT(other.error().message, HasSubstr("that truetriad has not created"));
   server()->Psql(url_, "DROP TABLE fact; CREATE TABLE unit (name TEXT)");
   const auto taken = OpenStore(url_);
   ASSERT_FALSE(taken);
-  EXPECT_THAT(taken.error().message, HasSubstr("but not from `fleet run`"));
+  EXPECT_THAT(taken.error().message, HasSubstr("was not created by truetriad"));
   server()->Psql(url_, "DROP TABLE unit");
   ASSERT_TRUE(OpenStore(url_));
   server()->Psql(url_, "UPDATE fact SET value = 99 WHERE name = 'schema_version'");

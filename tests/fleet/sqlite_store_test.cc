@@ -49,7 +49,8 @@ TEST_F(SqliteStoreTest, SaysThatAVerdictIsNone) {
   Execute(path_, "UPDATE run SET verdict = 'pass'");
   const Status status = (*store)->ForEachRun({}, [](const UnitRun&) { return Status(); });
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error().message, HasSubstr("run 1: its verdict is `pass`, which is none"));
+  EXPECT_THAT(status.error().message,
+              HasSubstr("run 1: its verdict is `pass`, which is not a verdict"));
 }
 
 TEST_F(SqliteStoreTest, KnowsTheLastRunsOfManyLogs) {
@@ -77,7 +78,7 @@ TEST_F(SqliteStoreTest, IsNotTakenForWhatItIsNot) {
   Execute(folder_.Path("other.db"), "CREATE TABLE x (y)");
   const auto other = OpenStore(folder_.Path("other.db"));
   ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("none that `fleet run` has written"));
+  EXPECT_THAT(other.error().message, HasSubstr("that truetriad has not written"));
   EXPECT_FALSE(OpenStore(folder_.Write("log.csv", "time[s],accel_x[m/s^2]\n0,1\n")));
   EXPECT_FALSE(OpenStore("mysql://host/x"));
 }

@@ -135,7 +135,7 @@ TEST_P(StoreTest, HasTheSameNumberOfShardsEveryTime) {
   EXPECT_TRUE((*store)->StateShard({0, 4}));
   const Status other = (*store)->StateShard({0, 5});
   ASSERT_FALSE(other);
-  EXPECT_THAT(other.error().message, HasSubstr("shared among 4, not 5"));
+  EXPECT_THAT(other.error().message, HasSubstr("its shard count is 4, not 5"));
 }
 
 TEST_P(StoreTest, KeepsFindingsWithWhatTheySayInNumbers) {
@@ -239,7 +239,7 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   EXPECT_EQ(found(other), "");
   EXPECT_THAT(Ask(**store, "SELECT disposed_why FROM standing WHERE serial = 'A1'"),
               ElementsAre(ElementsAre("wrong serial number: why")));
-  EXPECT_THAT(decide("2e", Verdict::kPass), HasSubstr("say so by --wrong-serial=false"));
+  EXPECT_THAT(decide("2e", Verdict::kPass), HasSubstr("state this by --wrong-serial=false"));
   // Bent, too: that does not make it this unit's.
   EXPECT_EQ(decide("2e", Verdict::kFail), "");
   EXPECT_EQ(found(other), "");
@@ -373,7 +373,7 @@ TEST_P(StoreTest, HasTheSameRetestPolicyEveryTime) {
   const Status other = (*store)->StateRetestPolicy({});
   ASSERT_FALSE(other);
   EXPECT_EQ(other.error().code, ErrorCode::kConflictingArguments);
-  EXPECT_THAT(other.error().message, HasSubstr("`best, 2 more`, not by `last`"));
+  EXPECT_THAT(other.error().message, HasSubstr("`best, 2 more`, not `last`"));
 }
 
 TEST_P(StoreTest, KeepsWhatPeopleDecide) {
@@ -780,7 +780,7 @@ TEST(AStore, IsAFile) {
     for (const auto& open : {OpenStore, OpenStoreToRead}) {
       const auto store = open(url);
       ASSERT_FALSE(store) << url;
-      EXPECT_THAT(store.error().message, HasSubstr("is no file"));
+      EXPECT_THAT(store.error().message, HasSubstr("is not a file"));
     }
   }
   for (const std::string url : {"",

@@ -144,16 +144,16 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
     std::string text, message;
     std::int64_t line;
   };
-  for (const Mistake& mistake :
-       std::vector<Mistake>{{"log,log\na/u1.csv,a/u2.csv\n", "`log` is there twice", 1},
-                            {"log,serial,serial\na/u1.csv,1,2\n", "`serial` is there twice", 1},
-                            {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quote is left open", 2},
-                            {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
-                            {"log,serial\n,7\n", "names no log", 2},
-                            {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
-                            {"log,recorded\na/u1.csv,2199-01-01\n", "which is to come", 2},
-                            {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is no UTF-8", 2},
-                            {"log,serial\n", "without a line for a log", 0}}) {
+  for (const Mistake& mistake : std::vector<Mistake>{
+           {"log,log\na/u1.csv,a/u2.csv\n", "`log` occurs twice", 1},
+           {"log,serial,serial\na/u1.csv,1,2\n", "`serial` occurs twice", 1},
+           {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quotation mark is left open", 2},
+           {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
+           {"log,serial\n,7\n", "names no log", 2},
+           {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
+           {"log,recorded\na/u1.csv,2199-01-01\n", "which is in the future", 2},
+           {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is not UTF-8", 2},
+           {"log,serial\n", "without a line for a log", 0}}) {
     const Error error = ErrorOf({folder_.Write("wrong.csv", mistake.text)});
     EXPECT_THAT(error.message, HasSubstr(mistake.message));
     EXPECT_EQ(error.place.line, mistake.line) << error.message;
@@ -179,7 +179,8 @@ TEST_F(UnitList, IsRefusedWhereTheExperimentGivesSeveralLogsOneSerial) {
   const Status refused = check("", {});
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().kind(), ErrorKind::kUsage);
-  EXPECT_THAT(refused.error().message, HasSubstr("e.yaml:2: device.serial is `A0001`, and would"));
+  EXPECT_THAT(refused.error().message,
+              HasSubstr("e.yaml:2: device.serial is `A0001`, which would"));
   EXPECT_TRUE(check("{serial}.csv", {}));
   EXPECT_TRUE(check("", {"device.serial=\"\""}));
   WorkPlan plain;
@@ -201,7 +202,7 @@ TEST_F(UnitList, IsOneThoughItsHeaderIsMisspelt) {
     folder_.Write("list.csv", std::string(header) + "\na/u1.csv,U1\n");
     const Error error = ErrorOf({folder_.Path("list.csv")});
     EXPECT_EQ(error.code, ErrorCode::kUnknownColumn) << header;
-    EXPECT_EQ(error.message.find("commas separate") != std::string::npos,
+    EXPECT_EQ(error.message.find("commas must separate") != std::string::npos,
               std::string(header).find(';') != std::string::npos);
   }
   EXPECT_THAT(ErrorOf({folder_.Path("nowhere/*.csv")}).message, HasSubstr("there is no folder "));
@@ -265,7 +266,8 @@ TEST_F(UnitList, NamesLogsThatAreThere) {
   const Error error = ErrorOf({list});
   EXPECT_EQ(error.code, ErrorCode::kUnreadableFile);
   EXPECT_EQ(error.place.line, 3);
-  EXPECT_THAT(error.message, HasSubstr("a/u9.csv, which is no file that is there, as 1 further"));
+  EXPECT_THAT(error.message,
+              HasSubstr("a/u9.csv, which does not exist (further lines with missing logs: 1)"));
 }
 
 TEST(Shard, TakesEachUnitOnce) {

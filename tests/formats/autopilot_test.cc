@@ -326,7 +326,7 @@ TEST_P(Autopilots, WarnWhenMoreIsLostThanTheCalibrationIsUncertainBy) {
   unit.covariance.matrix = Eigen::MatrixXd::Constant(1, 1, 1e-6);  // 1 mm/s^2
   const Export fine = Exported(unit);
   EXPECT_GT(*fine.loss[Triad::kAccelerometer]->in_sigmas, 1.0);
-  EXPECT_THAT(fine.warnings, Contains(HasSubstr("loses more than the calibration's uncertainty")));
+  EXPECT_THAT(fine.warnings, Contains(HasSubstr("exceeds the calibration's uncertainty")));
   EXPECT_FALSE(fine.loss[Triad::kGyroscope]->in_sigmas);
 
   unit.covariance.matrix *= 1e8;
@@ -420,7 +420,7 @@ TEST(Px4, RefusesASensorForWhichNoSlotIsFree) {
   ASSERT_FALSE(full);
   EXPECT_EQ(full.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(full.error().message,
-              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID leave none to the accelerometer"));
+              HasSubstr("CAL_ACC0_ID to CAL_ACC3_ID is free for the accelerometer"));
   EXPECT_TRUE(ExportCalibration(unit, "px4", {.instance = 1}));
   // A sensor with temperature terms needs a place for these, too.
   const Result<Export> terms = ExportCalibration(InOtherSlots({.bias_order = 1}), "px4");
@@ -528,15 +528,15 @@ TEST(Px4, WritesNoSensorTwiceUnderOneNumber) {
           HasSubstr("instance 0: is not written: its magnetometer has the device id 396825, and so "
                     "has that of instance 1"),
           HasSubstr("instance 1: is not written: its magnetometer has the device id 396825"),
-          HasSubstr("its accelerometer would have the parameters of that of instance 0")));
+          HasSubstr("its accelerometer would use the same parameters as that of instance 0")));
 }
 
 TEST(Px4, SaysThatALogDoesNotTellWhereASensorIs) {
   Calibration unit = InOtherSlots();
   unit.tags.device_slots = unit.tags.thermal_slots = {};
   EXPECT_THAT(ExportCalibration(unit, "px4")->warnings,
-              AllOf(Contains(HasSubstr("accelerometer: where the vehicle has this sensor is not "
-                                       "known from the log; check that CAL_ACC0_ID")),
+              AllOf(Contains(HasSubstr("accelerometer: the log does not state which parameters the "
+                                       "vehicle uses for this sensor; check that CAL_ACC0_ID")),
                     Contains(HasSubstr("check CAL_MAG0_ROT"))));
 }
 
@@ -590,7 +590,7 @@ TEST(Px4, KeepsIdleTermsOfOtherSensorsOutOfUse) {
   EXPECT_EQ(found.at("TC_A0_ID"), 0.0F);
   EXPECT_EQ(found.at("TC_A2_ID"), 0.0F);
   EXPECT_THAT(found, Not(Contains(Key("TC_G0_ID"))));
-  EXPECT_THAT(alone->warnings, Contains(HasSubstr("TC_A0_ID and TC_A2_ID 0 keeps them out of")));
+  EXPECT_THAT(alone->warnings, Contains(HasSubstr("the file sets TC_A0_ID and TC_A2_ID to 0")));
   // Those of a sensor that is exported beside it are its own.
   Calibration other = unit;
   other.tags.device_ids = {{1310996, 2621715, 396833}};

@@ -132,7 +132,7 @@ TEST(CountsFormats, TakeTheMeanGainWhenTheSizeOfACountIsNotStated) {
   Calibration unit = WholeUnit();
   unit.sensors[Triad::kAccelerometer]->si_per_count.reset();
   const Export result = Exported(unit, "inav");
-  EXPECT_THAT(result.notes, Contains(HasSubstr("the count size is not stated")));
+  EXPECT_THAT(result.notes, Contains(HasSubstr("the size of a count is not stated")));
   EXPECT_LT(result.loss[Triad::kAccelerometer]->share(),
             3e-4);  // gains rounded to 1/4096, offsets whole
 }

@@ -99,8 +99,8 @@ TEST(Export, FollowsWhatAPersonDecidedLast) {
   const Result<Export> conceded = ExportCalibration(outside, "px4");
   ASSERT_TRUE(conceded) << conceded.error().message;
   EXPECT_THAT(conceded->files[0].text,
-              HasSubstr("PASS by M. Moe on 2026-11-26T10:00:00Z: concession 17; its limits say "
-                        "FAIL"));
+              HasSubstr("PASS by M. Moe on 2026-11-26T10:00:00Z: concession 17; by the "
+                        "limits alone it is FAIL"));
 }
 
 TEST(Export, OfOneSensorSaysThatAnotherOfTheDeviceMayNotLeave) {
@@ -125,7 +125,7 @@ TEST(Export, OfASensorWithoutAPlaceLeavesTheOthersTheirs) {
   ASSERT_TRUE(exports) << exports.error().message;
   EXPECT_FALSE(exports->is_whole);
   EXPECT_THAT(exports->files.at("a/px4.params"), Not(HasSubstr("CAL_ACC1_")));
-  EXPECT_THAT(exports->warnings, Contains(HasSubstr("set that of a sensor that is gone to 0")));
+  EXPECT_THAT(exports->warnings, Contains(HasSubstr("set the id of a removed sensor to 0")));
 }
 
 TEST(Export, IsWithdrawnWhateverItIsCalled) {
@@ -203,7 +203,7 @@ TEST(Export, SaysInEveryFileWhatItIs) {
                         HasSubstr("truetriad 0.9.8 at 2026-01-31T12:00:00Z"),
                         HasSubstr("Gauge accel-"),
                         HasSubstr("accelerometer: readings in "),
-                        HasSubstr("accelerometer: off by at most")))
+                        HasSubstr("accelerometer: error of at most")))
           << format.name;
     }
   }
@@ -259,7 +259,7 @@ TEST(Export, SaysWhatDroppedTermsInTheRateOfTemperatureCost) {
   const Result<Export> unknown = ExportCalibration(unit, "c-header");
   ASSERT_TRUE(unknown) << unknown.error().message;
   EXPECT_FALSE(unknown->loss[Triad::kAccelerometer]->at_rates);
-  EXPECT_THAT(unknown->notes, Contains(HasSubstr("not included above")));
+  EXPECT_THAT(unknown->notes, Contains(HasSubstr("not included in the stated one")));
   thermal.rate_range_degcps = Eigen::Vector2d(-0.05, 0.1);
   const Result<Export> result = ExportCalibration(unit, "c-header");
   ASSERT_TRUE(result) << result.error().message;
@@ -276,7 +276,7 @@ TEST(Export, SaysWhatDroppedTermsInTheRateOfTemperatureCost) {
   EXPECT_NEAR(loss.at_rates->rms, std::sqrt(squares / 5.0) * of_one, 1.01 * loss.largest);
   EXPECT_LT(loss.largest, 1e-3 * of_one);
   EXPECT_THAT(result->notes, Contains(HasSubstr("dropped: bias from the temperature rate")));
-  EXPECT_THAT(result->notes, testing::Not(Contains(HasSubstr("not included above"))));
+  EXPECT_THAT(result->notes, testing::Not(Contains(HasSubstr("not included in the stated one"))));
   const Result<Export> whole = ExportCalibration(unit, "json");
   ASSERT_TRUE(whole) << whole.error().message;
   EXPECT_FALSE(whole->loss[Triad::kAccelerometer]->at_rates);

@@ -67,7 +67,7 @@ std::vector<std::string> Tokens(const std::string& text) {
   std::vector<std::string> tokens;
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
-    if (line.find("off by at most") != std::string::npos) continue;
+    if (line.find("error of at most") != std::string::npos) continue;
     std::string token;
     for (const char c : line) {
       if (std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '.' || c == '-' || c == '+' ||

@@ -217,10 +217,10 @@ TEST(Import, SaysWhatItTakesForGranted) {
   const Result<Import> result = ImportCalibration("ardupilot", {path});
   ASSERT_TRUE(result) << result.error().message;
   EXPECT_THAT(result->notes,
-              ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; taken as 0 for offsets, 1 "
-                          "for scales",
-                          "magnetometer: the file does not say how it is turned against the board "
-                          "(AHRS_ORIENTATION); taken as not turned"));
+              ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; missing offsets are taken "
+                          "as 0, missing scales as 1",
+                          "magnetometer: the file does not state its rotation against the board "
+                          "(AHRS_ORIENTATION); taken as not rotated"));
 }
 
 TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
@@ -257,7 +257,7 @@ TEST(Import, FindsASensorByItsNumberAndKnowsWhereItWas) {
   EXPECT_EQ(unit.tags.device_slots[Triad::kAccelerometer], 2);
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kAccelerometer], 1);  // The first that is nobody's.
   EXPECT_EQ(unit.tags.thermal_slots[Triad::kGyroscope], 3);
-  EXPECT_THAT(result->notes, Contains("no magnetometer of the file has the number 9"));
+  EXPECT_THAT(result->notes, Contains("no magnetometer of the file has the device id 9"));
   // It goes back to where it came from.
   const Result<Export> back = ExportCalibration(unit, "px4");
   ASSERT_TRUE(back) << back.error().message;
@@ -338,7 +338,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
       ErrorOf("kalibr", "imu.yaml", "imu0:\n  model: calibrated\n"),
       AllOf(HasSubstr("imu.yaml:2: imu0.model"), HasSubstr("`calibrated` has no matrices")));
   EXPECT_THAT(ErrorOf("imu-tk", "x_acc.calib", "1 0 0\n0 1 0\n"), HasSubstr("contains 6 numbers"));
-  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("cannot tell the sensor"));
+  EXPECT_THAT(ErrorOf("imu-tk", "x.calib", "1"), HasSubstr("does not show the sensor"));
   EXPECT_THAT(ErrorOf("matlab", "a.m", "accel.C = [1 2; 3 4];\n"),
               HasSubstr("`accel.C` is not a 3x3 matrix"));
   EXPECT_THAT(ErrorOf("basalt", "a.json", "{}", ErrorKind::kUsage),

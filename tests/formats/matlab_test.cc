@@ -80,11 +80,12 @@ TEST(Matlab, BinaryHoldsTheSameBits) {
   EXPECT_EQ(FindVariable(*variables, "accel.b")->numbers, Eigen::MatrixXd(accel.bias));
   EXPECT_EQ(FindVariable(*variables, "accel.input_unit")->text, "m/s^2");
   EXPECT_EQ(FindVariable(*variables, "expmfs")->numbers(0, 0), 48.0);
-  EXPECT_THAT(FindVariable(*variables, "comment")->text, HasSubstr("off by at most"));
+  EXPECT_THAT(FindVariable(*variables, "comment")->text, HasSubstr("error of at most"));
 }
 
 TEST(Matlab, RefusesADamagedFile) {
-  const Result<MatlabVariables> variables = MatlabModuleOf()->parse("MATLAB 5.0 MAT-file, cut", "unit.mat");
+  const Result<MatlabVariables> variables =
+      MatlabModuleOf()->parse("MATLAB 5.0 MAT-file, cut", "unit.mat");
   ASSERT_FALSE(variables);
   EXPECT_EQ(variables.error().kind(), ErrorKind::kBadInput);
 }

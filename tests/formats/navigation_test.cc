@@ -305,7 +305,7 @@ TEST(KalibrResult, HasTheDensityWhereNoRandomWalkWasSeen) {
   const Result<Export> result =
       ExportCalibration(RandomUnitCalibration({}, 4), "kalibr-result", options);
   ASSERT_TRUE(result);
-  EXPECT_THAT(result->warnings, Contains(HasSubstr("does not tell the random walk")));
+  EXPECT_THAT(result->warnings, Contains(HasSubstr("lacks the random walk")));
   const YAML::Node imu = YAML::Load(result->files[0].text)["imu0"];
   EXPECT_DOUBLE_EQ(imu["accelerometer_noise_density"].as<double>(), 0.03);
   EXPECT_FALSE(imu["accelerometer_random_walk"]);

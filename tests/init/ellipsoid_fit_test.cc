@@ -212,7 +212,8 @@ TEST(Ellipsoid, SaysThatPointsOfTwoSensorsScatter) {
   }
   const Result<Ellipsoid> ellipsoid = FitEllipsoid(points);
   ASSERT_FALSE(ellipsoid);
-  EXPECT_THAT(ellipsoid.error().message, HasSubstr("more than one range, unit or sensor"));
+  EXPECT_THAT(ellipsoid.error().message,
+              HasSubstr("mix measuring ranges, units of measure or sensors"));
 }
 
 TEST(Ellipsoid, RefusesPointsThatDoNotDetermineIt) {

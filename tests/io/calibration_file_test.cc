@@ -265,7 +265,7 @@ TEST(CalibrationFile, HoldsWhatFirmwareSaysOfSensors) {
   calibration.tags = {};
   calibration.tags.device_slots[Triad::kGyroscope] = -2;
   EXPECT_THAT(ErrorOf(CalibrationToYaml(calibration)),
-              HasSubstr("device.slots.gyroscope: must be 0 or more, or -1 where no slot is free"));
+              HasSubstr("device.slots.gyroscope: must be 0 or more, or -1 if no slot is free"));
 }
 
 TEST(CalibrationFile, HoldsWhatWasDecidedAndIsHeadedByIt) {
@@ -404,9 +404,9 @@ TEST(CalibrationFile, RejectsWhatIsNoCovariance) {
   };
   EXPECT_EQ(error(Eigen::Matrix2d{{1.0, -0.5}, {-0.5, 1.0}}), "no error");
   EXPECT_EQ(error(Eigen::Matrix2d::Zero()), "no error");
-  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 2.0}, {2.0, 1.0}}), HasSubstr("is no covariance"));
-  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 0.5}, {0.4, 1.0}}), HasSubstr("is no covariance"));
-  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 1e308}, {1e308, 1.0}}), HasSubstr("is no covariance"));
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 2.0}, {2.0, 1.0}}), HasSubstr("is not a covariance"));
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 0.5}, {0.4, 1.0}}), HasSubstr("is not a covariance"));
+  EXPECT_THAT(error(Eigen::Matrix2d{{1.0, 1e308}, {1e308, 1.0}}), HasSubstr("is not a covariance"));
 }
 
 TEST(CalibrationFile, TakesItsTimeFromTheEnvironment) {

@@ -79,7 +79,7 @@ TEST_F(CorrectedLog, ConvertsAnotherUnitOfTheSameQuantity) {
   EXPECT_EQ(Output(), "mag_x[uT],mag_y[uT],mag_z[uT]\n1,1,1\n");
   const auto counts = WriteCsv("mag_x[counts],mag_y[counts],mag_z[counts]\n2,3,4\n");
   EXPECT_THAT(counts.error().message,
-              HasSubstr("are in counts, and its calibration takes uT, but nobody says how large"));
+              HasSubstr("are in counts, and its calibration takes uT, but the size of a count"));
 }
 
 TEST_F(CorrectedLog, ConvertsCountsOfKnownSize) {

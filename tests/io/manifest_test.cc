@@ -128,9 +128,8 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,0\n1,1,1,1,65536\n");
   const auto wide = ReadRecording(WriteStream(keys));
   ASSERT_FALSE(wide);
-  EXPECT_THAT(
-      wide.error().message,
-      HasSubstr("log.csv:3: column `T`: 65536 is no number of a register of wrap_bits: 16"));
+  EXPECT_THAT(wide.error().message,
+              HasSubstr("log.csv:3: column `T`: 65536 does not fit a register of wrap_bits: 16"));
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,3000\n");
   const RecordingSamples kelvin =
       Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
@@ -142,7 +141,7 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
   ASSERT_FALSE(damaged);
   EXPECT_THAT(damaged.error().message,
               HasSubstr("log.csv:3: column `T`: the register steps to 33108 by more than a quarter "
-                        "of what its wrap_bits: 16 hold; empty the field"));
+                        "of the range of wrap_bits: 16; empty the field"));
   folder_.Write("log.csv", "t,a,b,c,T\n0,1,1,1,33315\n1,1,1,1,-32221\n");
   const RecordingSamples unsigned_kelvin =
       Read(WriteStream("    time: {column: t, unit: s}\n" + axes_ +
@@ -155,10 +154,9 @@ TEST_F(Manifest, ReadsTheRegisterOfAThermometer) {
       WriteStream("    time: {column: t, unit: s}\n" + axes_ +
                   "    temperature: {column: T, unit: K, scale: 0.01, wrap_bits: 16}\n"));
   ASSERT_FALSE(unstated);
-  EXPECT_THAT(
-      unstated.error().message,
-      HasSubstr("log.csv:2: column `T`: 33315 of wrap_bits: 16 is -32221 with a sign; state "
-                "`signed: true` or `signed: false`"));
+  EXPECT_THAT(unstated.error().message,
+              HasSubstr("log.csv:2: column `T`: the first number, 33315, is -32221 if the register "
+                        "(wrap_bits: 16) is signed; state `signed: true` or `signed: false`"));
   for (const std::string wrong :
        {"scale: 0", "scale: .inf", "offset: .nan", "wrap_bits: 7", "signed: false"}) {
     EXPECT_FALSE(ReadRecording(
@@ -218,7 +216,7 @@ TEST_F(ManifestWindows, TakeTheirTimeFromARowWithoutAReading) {
   const StreamSamples stream = Read("20,0,1,1,\n,1,1,1,\n40,,,,\n,,,,\n60,4,1,1,\n,5,1,1,\n", 2);
   EXPECT_THAT(stream.time_ns, ElementsAre(10'000'000, 20'000'000, 50'000'000, 60'000'000));
   EXPECT_THAT(ErrorOf("1,1,1,1,\n2,,,,\n3,1,1,1,\n3,1,1,1,\n", 2),
-              HasSubstr("log.csv:3: has another time than other rows of the same 2 of window"));
+              HasSubstr("log.csv:3: has another time than other rows of its window of 2 rows"));
 }
 
 TEST_F(ManifestWindows, MayHaveNumbersOfSamplesForTimes) {
@@ -248,7 +246,7 @@ TEST_F(ManifestWindows, MayHaveNumbersOfSamplesForTimes) {
   folder_.Write("log.csv", "t,a,b,c\n1,1,1,1\n");
   EXPECT_THAT(ReadingError(WriteStream(
                   "    time: {unit: samples, rate_hz: 9, window_samples: 4}\n" + axes_)),
-              HasSubstr("window_samples: needs the time of each window"));
+              HasSubstr("window_samples: needs a column with the time of each window"));
 }
 
 // One row less, and all later times would stand on a row before the window's last.
@@ -257,8 +255,8 @@ TEST_F(ManifestWindows, AreRefusedWhereTheirTimeMovesToAnotherRow) {
       ErrorOf(",0,1,1,\n,1,1,1,\n20,2,1,1,\n,3,1,1,\n50,4,1,1,\n,5,1,1,\n,6,1,1,\n"
               "80,7,1,1,\n,8,1,1,\n",
               3),
-      HasSubstr("log.csv:6: has its time on row 2 of 3 of window_samples, but line 4 on row "
-                "3; rows are missing or too many between them"));
+      HasSubstr("log.csv:6: states the time of its window on row 2 of 3 (`window_samples`), "
+                "but line 4 on row 3; rows between these lines are missing or too many"));
 }
 
 // What is lost right behind the first window does not stretch it.
@@ -293,11 +291,11 @@ TEST_F(ManifestWindows, GoOnEvenlyWhereTheFileIsCut) {
   for (const std::int64_t time_ns : stream.time_ns) ms.push_back(1e-6 * time_ns);
   EXPECT_THAT(ms, ElementsAre(0, 10, 20, 30, 40, 50, 60, 70));
   EXPECT_THAT(ErrorOf(rows + ",6,1,1,\n,7,1,1,\n,8,1,1,\n", 3),
-              HasSubstr("log.csv:8: begins a window of window_samples without a time"));
+              HasSubstr("log.csv:8: begins a window of 3 rows (`window_samples`) without a time"));
   EXPECT_THAT(ErrorOf(",0,1,1,\n,1,1,1,\n20,2,1,1,\n,3,1,1,\n", 3),
-              HasSubstr("log.csv:2: begins the only window of window_samples"));
+              HasSubstr("log.csv:2: begins the only window of 3 rows (`window_samples`)"));
   EXPECT_THAT(ErrorOf(",0,1,1,\n,1,1,1,\n", 3),
-              HasSubstr("log.csv:2: begins a window of window_samples without a time"));
+              HasSubstr("log.csv:2: begins a window of 3 rows (`window_samples`) without a time"));
 }
 
 // Windows that come early and late, lost ones, and one that comes twice.
@@ -327,7 +325,7 @@ TEST_F(ManifestWindows, WithJitterKeepTheirSamplesInOrder) {
     EXPECT_GT(stream.time_ns[i], window_ns - 110'000'000);
   }
   EXPECT_THAT(ErrorOf(rows + ",1,1,1,\n" + std::to_string(times.back()) + ",1,1,1,\n", 8),
-              HasSubstr("whose time is not behind that of the one before"));
+              HasSubstr("whose time is not after that of the one before"));
 }
 
 // A logger's first windows may come at once, and its rate may change; two lost windows are neither.
@@ -361,13 +359,14 @@ TEST_F(ManifestWindows, DoNotDependOnHowTheFileIsRead) {
 
 TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n1,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:5: has another time than other rows of the same 2 of window"));
+              HasSubstr("log.csv:5: has another time than other rows of its window of 2 rows"));
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n,1,1,1,\n,1,1,1,\n", 2),
-              HasSubstr("log.csv:4: begins a window of window_samples without a time"));
+              HasSubstr("log.csv:4: begins a window of 2 rows (`window_samples`) without a time"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:4: begins a window of window_samples whose time is not behind"));
+              HasSubstr("log.csv:4: begins a window of 2 rows (`window_samples`) whose time is not "
+                        "after"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:2: begins the only window of window_samples"));
+              HasSubstr("log.csv:2: begins the only window of 2 rows (`window_samples`)"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n4e12,1,1,1,\n", 2), HasSubstr("more than a day"));
   EXPECT_THAT(ErrorOf("-4e12,1,1,1,\n-4e12,1,1,1,\n4e12,1,1,1,\n", 2),
               HasSubstr("more than a day"));

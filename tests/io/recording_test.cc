@@ -241,7 +241,7 @@ TEST_F(Recording, PassesOverAFirstColumnWithoutAName) {
   EXPECT_THAT(recording.streams[Triad::kAccelerometer].x, ElementsAre(1.0, 4.0));
   EXPECT_THAT(recording.info.ignored_columns, ElementsAre("without a name (row numbers)"));
   EXPECT_THAT(ErrorOf(",accel_x[g],accel_y[g],accel_z[g]\n0.01,1,2,3\n0.02,4,5,6\n"),
-              HasSubstr("log.csv:1: the first column has no name, and does not number the rows"));
+              HasSubstr("log.csv:1: the first column has no name and does not hold row numbers"));
 }
 
 // Times in whole numbers step otherwise than rows do, of which some may have been taken out.
@@ -257,7 +257,7 @@ TEST_F(Recording, TakesNoTimeInWholeNumbersForRowNumbers) {
                                               [](long i) { return i * i; },
                                               [](long i) { return 1'700'000'000 + i; },
                                               [](long i) { return i < 3 ? i : 3; }}) {
-    EXPECT_THAT(ErrorOf(table(number, ",")), HasSubstr("does not number the rows")) << number(5);
+    EXPECT_THAT(ErrorOf(table(number, ",")), HasSubstr("does not hold row numbers")) << number(5);
     EXPECT_THAT(ErrorOf(table(number, "")), HasSubstr("fields; expected")) << number(5);
   }
   const auto every_fifth_left_out = [](long i) { return i + i / 4; };

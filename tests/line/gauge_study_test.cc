@@ -145,9 +145,10 @@ TEST(GaugeStudy, SaysWhatIsMissing) {
     const Result<GaugeStudy> study = FindGaugeStudy(ReadingsOf(text));
     return study ? "none" : study.error().message;
   };
-  EXPECT_THAT(message("1 2|1 2; 1 2|1"), HasSubstr("1 run of part P1 by B, elsewhere 2"));
+  EXPECT_THAT(message("1 2|1 2; 1 2|1"),
+              HasSubstr("1 run of part P1 by B, but up to 2 in other cells"));
   EXPECT_THAT(message("1 2|1 2; 1 2"), HasSubstr("no run of part P1 by B"));
-  EXPECT_THAT(message("1|2; 1|2"), HasSubstr("repeat them"));
+  EXPECT_THAT(message("1|2; 1|2"), HasSubstr("at least twice"));
   EXPECT_THAT(message("1 2|1 2"), HasSubstr("one part only"));
   EXPECT_THAT(message(""), HasSubstr("no runs"));
 }

@@ -119,7 +119,7 @@ def test_is_refused(name):
 def test_columns_that_contradict_are_refused():
     columns = {"time[s]": TIME, **{f"accel_{axis}[g]": TIME for axis in "xyz"}}
     assert truetriad.Recording(columns).sensors["accelerometer"]["unit"] == "g"
-    with pytest.raises(truetriad.Usage, match="in g by its columns and in m/s"):
+    with pytest.raises(truetriad.Usage, match="in g by its column names, but in m/s"):
         truetriad.Recording(columns, {"accelerometer": "m/s^2"})
     with pytest.raises(truetriad.Usage, match="second time"):
         truetriad.Recording({**columns, "time[ns]": TIME.astype(int)})

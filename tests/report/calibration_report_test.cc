@@ -174,8 +174,8 @@ TEST(CalibrationReport, ShowsTheExcessOfTurns) {
   Calibration c = SampleCalibration();
   c.sensors[Triad::kGyroscope] = c.sensors[Triad::kAccelerometer];
   c.sensors[Triad::kGyroscope]->noise.turn_excess_sigma_rad = 0.0036;  // 0.206 deg
-  EXPECT_THAT(CalibrationText(c), HasSubstr("turns plus 0.21°"));
-  EXPECT_THAT(CalibrationHtml(c), HasSubstr("turns plus 0.21°"));
+  EXPECT_THAT(CalibrationText(c), HasSubstr("plus turn noise of 0.21°"));
+  EXPECT_THAT(CalibrationHtml(c), HasSubstr("plus turn noise of 0.21°"));
 }
 
 TEST(CalibrationText, ShowsTheMatrixWhenAxesArePermuted) {

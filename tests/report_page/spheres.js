@@ -61,7 +61,7 @@ const turns = async (page, report, at) => {
     await page.mouse.move(point.x, point.y, { steps: 3 });
   };
   await until(() => page.evaluate(() => window.hovered), `${report.name}: says a reading`, hover);
-  assert.match(await page.evaluate(() => { const { hovered } = window; window.hovered = null; return hovered; }), /^pose \d+, (raw|corrected).*: off by [\d.e+-]+ (mg|µT)$/);
+  assert.match(await page.evaluate(() => { const { hovered } = window; window.hovered = null; return hovered; }), /^pose \d+, (raw|corrected).*: error [\d.e+-]+ (mg|µT)$/);
   const turnsBy = async (what, act) => {
     let before = '';
     await until(async () => {

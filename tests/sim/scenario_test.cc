@@ -107,7 +107,7 @@ TEST(Scenario, BoundsTheRestsBeforeItBuildsThem) {
   const Status status = scenario.Validate();
   ASSERT_FALSE(status);
   EXPECT_THAT(status.error().message,
-              HasSubstr("200000 rests, 300 times over; the limit is 300000"));
+              HasSubstr("200000 rests at each of 300 temperatures; at most 300000 in all"));
 }
 
 TEST(Scenario, KnowsMistakesInTheUnitOfGravityFieldAndClock) {

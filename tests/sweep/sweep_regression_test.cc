@@ -187,7 +187,7 @@ TEST(SweepRegression, SaysWhatOneAttitudeCannotTell) {
   Random random(5);
   const SweepRegression regression = Regressed(WindowsWith({{"tau", 2e-3}}, 1e-3, 1, &random));
   EXPECT_THAT(Chosen(regression), ElementsAre("tau"));
-  EXPECT_THAT(TermCalled(regression, "r tau").why, HasSubstr("second attitude"));
+  EXPECT_THAT(TermCalled(regression, "r tau").why, HasSubstr("add an attitude"));
   EXPECT_THAT(TermCalled(regression, "r^2").why, HasSubstr("static calibration"));
   EXPECT_THAT(TermCalled(regression, "tau^2").why, IsEmpty());
 }
@@ -202,7 +202,7 @@ TEST(SweepRegression, SaysWhatStandsForEachOther) {
   const RegressionTerm& tau = TermCalled(regression, "tau");
   const RegressionTerm& ambient = TermCalled(regression, "A");
   EXPECT_NE(tau.chosen, ambient.chosen);
-  EXPECT_THAT(tau.chosen ? ambient.why : tau.why, HasSubstr("not told by the chosen terms"));
+  EXPECT_THAT(tau.chosen ? ambient.why : tau.why, HasSubstr("independent of the chosen terms"));
 }
 
 TEST(SweepRegression, LeavesOutWindowsWithoutTheAmbientTemperature) {

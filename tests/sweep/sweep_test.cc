@@ -327,7 +327,7 @@ TEST(CalibrateSweep, CallsALagOfMoreThanAQuarterOfTheRecordingADrift) {
   ThermalOptions terms = Polynomial(3);
   terms.lags = 1;
   const Calibration calibration = Calibrated(WindowsOf(sweep, &random), SweepOptionsFor(terms));
-  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("that is drift, not lag"))));
+  EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("this is drift, not a lag"))));
   EXPECT_FALSE(calibration.sensors[Triad::kGyroscope]->thermal->element_lag_s);
 }
 

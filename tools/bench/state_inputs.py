@@ -309,7 +309,7 @@ def generator_jobs(plan, folder):
 
 
 def is_mild_text(kind, severity):
-    """By the size that a severity states in a unit, which for the range of a sensor is no error."""
+    """Whether the severity is an error in uT, m/s2 or rad/s that users tolerate; a clipped range is not."""
     stated = re.search(r"([\d.]+(?:e[-+]?\d+)?) (uT|m/s2|rad/s)\b(?! per)", severity)
     return (bool(stated) and "clip" not in kind
             and float(stated[1]) <= NEEDED[UNIT_OF[stated[2]]])

@@ -184,8 +184,7 @@ Result<VariableFile> Open(const std::string& path) {
   try {
     json = ParseOnce(text, &twice);
     if (!twice.empty()) {
-      return Error(
-          ErrorCode::kDuplicateKey, {path}, "`" + twice + "` is there twice in one object");
+      return Error(ErrorCode::kDuplicateKey, {path}, "`" + twice + "` occurs twice in one object");
     }
   } catch (const Json::out_of_range&) {
     return Error(ErrorCode::kValueOutOfRange, {path}, "has a number that is too large");
@@ -196,7 +195,7 @@ Result<VariableFile> Open(const std::string& path) {
       const auto end = text.begin() + static_cast<std::ptrdiff_t>(at);
       return Error(ErrorCode::kWrongFormat,
                    {path, 1 + std::count(text.begin(), end, '\n')},
-                   "is not JSON from here on (after " + std::to_string(at) + " characters)");
+                   "is not valid JSON from here on (after " + std::to_string(at) + " characters)");
     }
     json = *std::move(lines);
   }

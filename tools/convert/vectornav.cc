@@ -331,7 +331,8 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
                "contains no intact VectorNav sentence with readings (VNYMR, VNQMR, VNMAR, VNIMU, "
                "VNMAG, VNACC, VNGYR)" +
                    (arguments.topics.empty() ? std::string() : " that --topic asks for") +
-                   "; intact are: " + ListOf(held) + "; " + Counted(contents.bad(), "bad line"));
+                   "; intact sentences: " + ListOf(held) + "; " +
+                   Counted(contents.bad(), "bad line"));
 }
 
 /// The sample rate in Hz of --columns=time=100Hz.
@@ -340,8 +341,8 @@ Result<double> RateOf(const Arguments& arguments) {
   const auto found = arguments.others.find("columns");
   if (found == arguments.others.end()) {
     return Error(ErrorCode::kMissingArgument,
-                 "the sentences have no time; state how many of a kind come a second, as in "
-                 "--columns=time=40Hz (register 7 of the unit)");
+                 "the sentences have no time; state the rate of each kind (register 7 of the "
+                 "unit), as in --columns=time=40Hz");
   }
   const std::string& text = found->second;
   const std::optional<double> rate_hz =
@@ -458,7 +459,7 @@ Status Run(const Arguments& arguments) {
   if (!contents.has_checksums && !contents.kinds.empty()) {
     Note(arguments.inputs[0] +
          ": its sentences have no checksums; damage goes unnoticed unless it "
-         "leaves other than numbers");
+         "leaves something other than numbers");
   }
   if (arguments.list) {
     List(contents);
@@ -486,14 +487,14 @@ Status Run(const Arguments& arguments) {
   }));
   if (conversion.unplaced() > 0) {
     Note(Counted(conversion.unplaced(), "unreadable line") +
-         " may be of any kind: what comes after may be stamped too early by as many samples");
+         " may have held samples of any kind: later times may be too early by as many samples");
   }
   for (const SentenceKind* const kind : kinds) {
     if (!kind->compensated) continue;
     Note(std::string(kind->name) +
-         " holds what the unit's registers 23, 25 and 84 have corrected: the recording states "
+         " has readings corrected by the unit's registers 23, 25 and 84: the recording states "
          "`applied: unknown` and is refused until you complete it by hand; `applied: none` "
-         "calibrates what they left. VNIMU is from before them");
+         "calibrates the remaining errors. VNIMU has readings before this correction");
   }
   return folder->Commit();
 }

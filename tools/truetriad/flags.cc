@@ -40,30 +40,36 @@ DEFINE_string(set,
 
 DEFINE_string(tag,
               "",
-              "KEY=VALUE: what the record says of this run, as in lot=L17: lot, station, operator, "
-              "slot, fixture, order, note, and part or revision of the unit");
+              "KEY=VALUE: a tag to record with the results, as in lot=L17; of the run: lot, "
+              "station, operator, slot, fixture, order, note; of the unit: part, revision");
 DEFINE_string(report,
               "",
               "PAGE.html: the HTML report: with `calibrate` whether to write it, true (default) or "
               "false; with other verbs the page to write");
-DEFINE_bool(overwrite, false, "replace what is of another unit, or no export, in the output folder");
-DEFINE_string(fail_on, "", "WORD: what ends with exit code 4");
-DEFINE_string(to, "", "FORMAT,...: the format, one that this page or that of `export` lists");
-DEFINE_string(instance,
+DEFINE_bool(
+    overwrite,
+    false,
+    "replace results of another unit, and files that are not exports, in the output folder");
+DEFINE_string(fail_on, "", "WORD: the result that gives exit code 4");
+DEFINE_string(to,
               "",
-              "N: which of several sensors of one kind, numbered as in the other system");
+              "FORMAT,...: the format, from the list on this page or in `truetriad help export`");
+DEFINE_string(
+    instance,
+    "",
+    "N: the number of the sensor among several of its kind, counted as the other system does");
 DEFINE_string(
     units,
     "",
     "UNIT[,UNIT]: units of the readings, as in g,deg/s,uT, if the format does not state them");
 DEFINE_string(outside_limits,
               "refuse",
-              "refuse|allow: what becomes of exports of a unit that is outside its limits or "
-              "refused: refuse, or allow, and the files say so");
+              "refuse|allow: refuse or allow exports of a unit that is outside its limits or "
+              "refused; allowed files state this");
 DEFINE_bool(interactive,
             true,
-            "whether spheres of the HTML report can be turned, which adds 1.7 MB to it (where the "
-            "program was built with what draws them)");
+            "whether the spheres of the HTML report can be turned; adds 1.7 MB (only if the "
+            "program was built with Plotly)");
 DEFINE_bool(json, false, "one JSON object on stdout instead of text");
 DEFINE_bool(quiet, false, "no notes and no progress on stderr");
 

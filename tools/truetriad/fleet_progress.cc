@@ -72,11 +72,11 @@ std::string NamesText(const std::set<std::string>& serials, std::size_t count) {
   return names + (count > std::min(serials.size(), kMostNamed) ? ", …" : "");
 }
 
-/// "  3 with warnings, though not FAIL: 2 x fault, 1 x poorly-known (B0001, B0002, B0007)
+/// "  3 not failed, but with warnings: 2 x fault, 1 x poorly-known (B0001, B0002, B0007)
 /// ", or empty.
 std::string WarningsText(const fleet::FleetProgress& progress) {
   if (progress.warned == 0) return "";
-  std::string text = "  " + std::to_string(progress.warned) + " with warnings, though not FAIL";
+  std::string text = "  " + std::to_string(progress.warned) + " not failed, but with warnings";
   std::string_view before = ": ";
   for (const auto& [code, count] : Pareto(progress.warnings)) {
     text += before;
@@ -123,8 +123,8 @@ std::optional<std::string> OverruledBy(const fleet::UnitRun& run,
   return by == progress.overruled.end() ? std::nullopt : std::optional(by->second);
 }
 
-/// "B0003  NO RESULT  record again, hands off while it rests (no-rest)", or if it is overruled
-/// "B0003  FAIL by QA (cracked case): set it aside".
+/// "B0003  NO RESULT  record again; do not touch the unit while it rests (no-rest)", or if it is
+/// overruled "B0003  FAIL by QA (cracked case): set it aside".
 std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
   if (const std::optional<std::string> by = OverruledBy(run, progress)) {
     // The unit's final state is the opposite of this run's.
@@ -154,12 +154,12 @@ FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
     return {of(units - progress.yield.final_good,
                units,
                std::string(units == 1 ? " UNIT" : " UNITS") +
-                   " NOT GOOD, although all of these runs are")};
+                   " NOT GOOD, although all runs of this command are good")};
   }
   if (const std::size_t red = progress.skipped_red.size(); red > 0) {
-    return {of(red, progress.skipped, " LEFT OUT NOT GOOD")};
+    return {of(red, progress.skipped, " SKIPPED UNITS NOT GOOD")};
   }
-  if (!progress.held.empty()) return {"NOT ALL DONE, UNITS WAIT FOR A GOLDEN UNIT"};
+  if (!progress.held.empty()) return {"NOT ALL DONE: UNITS WAIT FOR A CHECK OF THE GOLDEN UNIT"};
   if (progress.left > 0) return {of(progress.left, progress.left + progress.done, " NOT DONE")};
   if (progress.done == 0) return {"NOTHING TO DO"};
   const auto unjudged = progress.verdicts.find(Verdict::kNoLimits);
@@ -177,7 +177,7 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
                                1e3 * progress.cpu_s / std::max(runs, 1.0)) +
                      CountsText(progress) + '\n';
   if (progress.skipped > 0) {
-    text += "  " + std::to_string(progress.skipped) + " left out: their runs are there";
+    text += "  " + std::to_string(progress.skipped) + " skipped: their runs are in the store";
     if (const std::set<std::string>& red = progress.skipped_red; !red.empty()) {
       text += "; not good: " + NamesText(red, red.size());
     }
@@ -194,7 +194,9 @@ std::string SummaryText(const fleet::FleetProgress& progress) {
   }
   text += WarningsText(progress) + KnownText(progress) + OverruledText(progress.overruled);
   for (const std::string& serial : progress.unsafe) {
-    text += "  " + serial + ": held back, but files of earlier runs could not be changed\n";
+    text +=
+        "  " + serial +
+        ": may not be delivered, but files of earlier runs could not be changed to state this\n";
   }
   return Printable(text + "  Store: " + fleet::ShownStore(StatedStore()) + '\n');
 }

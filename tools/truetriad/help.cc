@@ -129,7 +129,7 @@ truetriad \- calibrate accelerometers, magnetometers and gyroscopes
 .I VERB
 [\fB\-\-flag\fR=\fIvalue\fR ...]
 .SH DESCRIPTION
-truetriad estimates the biases, gains and misalignments of a unit's sensors from rests in many attitudes and the turns between them, with a reliable uncertainty for every number. If a parameter is unobservable, it tells which poses to add.
+truetriad estimates the biases, gains and misalignments of a unit's sensors from rests in many attitudes and the turns between them, with a reliable uncertainty for every number. If a parameter is unobservable, it names the poses to add.
 .PP
 Results go to stdout, messages to stderr; \-\-v=1 adds the library's log. A flag and its value are one word or two: \-\-input=LOG or \-\-input LOG; words alone stand for the flags that a verb's first line names. \-\- ends the flags.
 .SH VERBS
@@ -267,7 +267,7 @@ Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
   if (FLAGS_as != "text") {
     if (!words.empty())
       return Error(ErrorCode::kConflictingArguments,
-                   "--as=" + FLAGS_as + " covers all verbs; name none");
+                   "--as=" + FLAGS_as + " covers all verbs; leave out the verb");
     TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("as", FLAGS_as, {"text", "man", "bash"}, " is unknown"));
     return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }

@@ -177,7 +177,7 @@ class FlagSetter {
                    "--" + flag.name + " has no value; give one after `=`");
     }
     if (flag.placeholder == "PAGE.html" && !value.ends_with(".html") && !value.ends_with(".htm")) {
-      return BadValue(flag.name, value, " is no name of a page; end it in .html");
+      return BadValue(flag.name, value, " is not the name of an HTML page; end it in .html");
     }
     std::string before;
     if (!is_first && gflags::GetCommandLineOption(name.c_str(), &before)) before += '\n';

@@ -72,7 +72,7 @@ Status CheckIsExport(const std::string& file, const std::string& serial) {
   if (is_export) return {};
   return Error(ErrorCode::kOutputInTheWay,
                {file},
-               "is there, and no file that truetriad exported of " +
+               "exists and is not a file that truetriad exported for " +
                    (serial.empty() ? "a unit without serial number" : "unit `" + serial + "`") +
                    "; " + std::string(kReplaceRemedy));
 }

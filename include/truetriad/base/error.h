@@ -18,7 +18,7 @@ enum class ErrorKind {
   kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
 };
 
-/// The reason of a failure; docs/reasons.md lists all. Their names are never changed.
+/// The reason for a failure; docs/reasons.md lists all. Names of reasons are never changed.
 enum class ErrorCode {
   // Errors of the call.
   kUnknownVerb,

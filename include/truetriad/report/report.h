@@ -48,8 +48,9 @@ struct Drawing {
 /// What a page shows beyond the contents of a calibration file; each may be missing.
 struct ReportSources {
   const PoseSet* poses = nullptr;  ///< The input: the recording over time.
-  std::vector<Drawing> noise;      ///< Of the recording of the noise at rest.
-  /// An earlier page of the same calibration, from which missing sources are copied; may be empty.
+  std::vector<Drawing> noise;      ///< Drawings of the recording at rest that shows the noise.
+  /// An earlier page of the same calibration; if it shows sources, these drawings are copied. May
+  /// be empty.
   std::string_view earlier_page = {};
 };
 

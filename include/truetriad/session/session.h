@@ -69,7 +69,7 @@ Status CheckSameSensors(const std::string& what,
                         const Tags& tags,
                         const Calibration& of,
                         const std::string& remedy = "give the calibration of this sensor");
-/// The same for two calibrations.
+/// As above, for two calibrations.
 inline Status CheckSameSensors(
     const std::string& file,
     const Calibration& one,

@@ -48,7 +48,7 @@ Scenario SessionOf(const Scenario& scenario, int index, int session);
 Calibration TruthOf(const Scenario& scenario, int index);
 
 class Simulation;
-/// The same of a recording that has been read to its end: the biases as they were on average.
+/// As TruthOf above, but with the biases averaged over a recording that has been read to its end.
 Calibration TruthOf(const Scenario& scenario, int index, const Simulation& simulation);
 
 /// One rest of the recording, as it really is.

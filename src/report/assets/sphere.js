@@ -31,7 +31,7 @@
     x: poses.map((pose) => pose[first]),
     y: poses.map((pose) => pose[first + 1]),
     z: poses.map((pose) => pose[first + 2]),
-    text: poses.map((pose) => `pose ${pose[0]}, ${name}${pose[1] ? ', rejected' : ''}: off by ${pose[first + 3]} ${unit}`),
+    text: poses.map((pose) => `pose ${pose[0]}, ${name}${pose[1] ? ', rejected' : ''}: error ${pose[first + 3]} ${unit}`),
     name,
     type: 'scatter3d',
     mode: 'markers',
@@ -46,13 +46,15 @@
 
   const draw = (place, data) => {
     const most = Math.max(1.45, 1.05 * data.reach);
+    // The height is what the camera sees; where the page is narrower, it stands further off.
+    const far = Math.max(1, place.offsetHeight / (place.offsetWidth || 1));
     const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {
       margin: { l: 0, r: 0, t: 0, b: 0 },
       font: { color: colour('ink'), size: 12 },
       paper_bgcolor: 'rgba(0,0,0,0)',
       legend: { x: 0, y: 1, bgcolor: 'rgba(0,0,0,0)' },
-      scene: { aspectmode: 'cube', xaxis: axis, yaxis: axis, zaxis: axis, camera: { eye: { x: 0.95, y: 0.82, z: 0.58 } } },
+      scene: { aspectmode: 'cube', xaxis: axis, yaxis: axis, zaxis: axis, camera: { eye: { x: 0.95 * far, y: 0.82 * far, z: 0.58 * far } } },
       uirevision: 'kept',
     };
     const traces = [circles(), axes(), joined(data), readings(data, 'raw', 2, 'diamond'), readings(data, 'corrected', 6, 'circle')];
@@ -83,7 +85,7 @@
       turn(place, event.key);
     });
     words.className = 'words';
-    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point says its pose and error.`;
+    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point shows its pose and error.`;
     sphere.append(place, words);
     return { sphere, place, data };
   });

@@ -366,8 +366,8 @@ Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
     const double effect_sigmas = solved.unmodelled.clock_sigmas[k];
     findings.push_back(Finding(FindingCode::kClockOffset,
                                OffsetWords(offset.triad, offset.later_s, offset.sigma_s) +
-                                   ", as the moves between the rests show; not corrected, which "
-                                   "shifts parameters by up to " +
+                                   " according to the moves between the rests; this is not "
+                                   "corrected, which shifts parameters by up to " +
                                    Format("%.2g σ; σ allow for it", effect_sigmas))
                            .About(offset.triad)
                            .With("offset", offset.later_s, offset.sigma_s, "s")

@@ -40,9 +40,10 @@ std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
 
 Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const FaultWords words = WordsOf(fault, UnitsOf(run.poses));
-  const std::string treated = fault.is_trusted()   ? "; corrected"
-                              : fault.is_corrected ? "; corrected, and σ allow for all of it"
-                                                   : "; not corrected, but σ allow for all of it";
+  const std::string treated = fault.is_trusted() ? "; corrected"
+                              : fault.is_corrected
+                                  ? "; corrected, and σ are widened by its whole effect"
+                                  : "; not corrected, but σ are widened by its whole effect";
   Finding finding(FindingCode::kFault, words.Statement() + treated, RemedyOf(fault, words.remedy));
   finding.About(fault.place.triad)
       .Shifting(fault.shift_sigmas,
@@ -52,8 +53,8 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   if (fault.shift_sigmas < 1.0) finding.As(Severity::kNote);
   const std::optional<double>& most = run.options.strict_shift_sigmas;
   const bool is_beyond = most && fault.shift_sigmas > *most;
-  if (is_beyond) finding.remedy = "record anew; `strict` refuses what was corrected by as much";
-  // It is not refused where rejected readings explain it as well.
+  if (is_beyond) finding.remedy = "record again; `strict` refuses corrections this large";
+  // A tied matrix is not refused if rejected readings explain it as well.
   const bool is_alone = fault.left_out_instead.empty();
   if (is_beyond || (is_alone && IsTied(fault, run.graph.layout))) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;
@@ -64,7 +65,7 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
 Finding FindingOf(const LostRowsFound& lost) {
   return Finding(FindingCode::kFault,
                  WordsOf(lost) + "; σ allow for it",
-                 "let the log run without gaps, and record anew")
+                 "record again, without gaps in the log")
       .About(Triad::kGyroscope)
       .With("share", lost.share)
       .With("p_value", std::exp(lost.log_p));
@@ -88,10 +89,9 @@ std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
       if (!is_pair || std::abs(a.place.first_pose - b.place.first_pose) > 1) continue;
       const int pose = std::min(a.place.first_pose, b.place.first_pose);
       Finding finding(FindingCode::kJoinedRecording,
-                      "from pose " + std::to_string(pose) + " on the gains or axes of " +
-                          std::string(TriadName(a.place.triad)) + " and " +
-                          std::string(TriadName(b.place.triad)) +
-                          " are others than before: these are readings of two units",
+                      "the gains or axes of " + std::string(TriadName(a.place.triad)) + " and " +
+                          std::string(TriadName(b.place.triad)) + " change at pose " +
+                          std::to_string(pose) + ": these are readings of two units",
                       "calibrate each part by itself");
       finding.As(Severity::kRefusal).AtPose(pose);
       return finding;
@@ -135,11 +135,11 @@ std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
     largest = std::max(largest, shift_sigmas);
   }
   if (bends.empty()) return std::nullopt;
-  return Finding(FindingCode::kLinearityAssumed,
-                 "σ hold for linear sensors: a nonlinearity just too small to be detected would "
-                 "shift some "
-                 "parameter by " +
-                     Listed(bends))
+  return Finding(
+             FindingCode::kLinearityAssumed,
+             "σ assume linear sensors: a nonlinearity just too small to be detected would shift a "
+             "parameter by " +
+                 Listed(bends))
       .With("shift", largest);
 }
 

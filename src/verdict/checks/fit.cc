@@ -70,7 +70,7 @@ Findings CheckFinite(const TriadOptions& gyroscope,
   for (const AxisTermInfo& info : kAxisTerms) {
     if (gyroscope.axis_terms[info.term] != Wanted::kYes) continue;
     remedy = WithArticle(info.words) +
-             " that the turns hardly show does so: leave it out, or set `" +
+             " that the turns hardly determine causes this: leave it out, or set `" +
              std::string(info.name) + ": auto`";
   }
   return {{FindingCode::kNonFinite, "the solution became non-finite", remedy}};
@@ -101,14 +101,13 @@ Findings CheckExplained(const SettledRun&, const SolvedRun& solved) {
   const double reduced_chi2 = solved.stated.quality.reduced_chi2;
   if (!(reduced_chi2 > kMostReducedChi2)) return {};
   const double times = std::sqrt(reduced_chi2);
-  return {Finding(FindingCode::kUnexplainedReadings,
-                  Format("after the fit the readings scatter by %.0f times the noise that is "
-                         "stated",
-                         times),
-                  "state the noise that there is, let what is more be estimated, as by " +
-                      SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
-                      ", or look for what the experiment leaves out")
-              .With("times", times)};
+  return {
+      Finding(FindingCode::kUnexplainedReadings,
+              Format("after the fit the readings scatter by %.0f times the stated noise", times),
+              "state the actual noise, have the excess estimated, as by " +
+                  SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
+                  ", or look for an effect that the experiment does not model")
+          .With("times", times)};
 }
 
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved) {
@@ -140,9 +139,9 @@ Findings CheckStillDetermined(const PoseGraph& graph,
   const LeastKnown least = LeastKnownOf(graph, covariance);
   if (!(least.share > limit)) return {};
   Finding finding(FindingCode::kPoorlyKnown,
-                  "with all that the other findings name, " + least.name +
-                      Format(" is known to %.0f %% only", 100.0 * least.share),
-                  "set right what they name first");
+                  "with the errors that other findings name, " + least.name +
+                      Format(" is uncertain by %.0f %%", 100.0 * least.share),
+                  "resolve those findings first");
   finding.With("share", least.share);
   if (least.share > kWorthless * limit) finding.As(Severity::kRefusal);
   return {finding};

@@ -60,13 +60,14 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
   const double median_rad = Median(std::move(missed_rad));
   if (!(median_rad > kMostMissedRad)) return std::nullopt;
   return Finding(FindingCode::kHeldGyroscope,
-                 "gyroscope: with what `fixed:` holds of it, predicted " +
+                 "gyroscope: with the parameters held by `fixed:`, predicted " +
                      std::string(options.TurnsAgainstField() ? "field" : "gravity") +
-                     " at the next rest is off by " +
+                     " at the next rest has an error of " +
                      Format("%.0f deg (median of ", kDegPerRad * median_rad) +
                      std::to_string(count) +
-                     " turns): it is not this unit's, not in the log's unit, or of other axes",
-                 "correct it, or let it be estimated")
+                     " turns): the held parameters are of another device or other axes, or not in "
+                     "the log's unit",
+                 "correct them, or have them estimated")
       .As(Severity::kRefusal)
       .About(Triad::kGyroscope)
       .With("error", median_rad, "rad")
@@ -80,9 +81,10 @@ Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   const double excess_rad = std::sqrt(solved.noise_before.excess[NoiseComponent::kTurn]);
   if (!(excess_rad > kOddScatterRad)) return {};
   return {Finding(FindingCode::kHeldGyroscope,
-                  Format("gyroscope: the turns scatter by %.1f deg", kDegPerRad * excess_rad) +
-                      " about what `fixed:` holds of it, far more than their noise",
-                  "let it be estimated")
+                  Format("gyroscope: the turns differ by %.1f deg", kDegPerRad * excess_rad) +
+                      " (1 σ) from those that the parameters held by `fixed:` predict, far more "
+                      "than their noise",
+                  "have them estimated")
               .About(Triad::kGyroscope)
               .With("scatter", excess_rad, "rad")};
 }

@@ -104,10 +104,10 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
     lines += (lines.empty() ? "" : " or ") + MountingLine(view, view.against);
   }
   Finding finding(FindingCode::kMountingContradicted,
-                  who + ": axes are swapped or reversed against " +
+                  who + ": axes are swapped or reversed relative to " +
                       (options.IsBodyKnown() ? "what is stated" : "those of the other sensors"),
                   lines.empty() ? "correct the labels or attitudes"
-                                : "correct columns or labels, or state how it is built: " + lines);
+                                : "correct columns or labels, or state the mounting: " + lines);
   const MountingView& first = views.front();
   const bool is_certain = views.size() == 1 || first.axes < views[1].axes || options.IsBodyKnown();
   if (is_certain && first.against.size() == 1) finding.About(first.against.front());
@@ -136,12 +136,12 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
     const bool is_reversed = IsReversedAgainst(options, triad, map);
     const std::string text =
         std::string(TriadName(triad)) + ": its sensing axes x, y, z lie along " + AxisMapName(map) +
-        " of the body" + (is_judged ? ", which must be stated where limits are to be judged" : "") +
+        " of the body" + (is_judged ? ", which must be stated if limits are to be judged" : "") +
         (is_reversed ? kReversed : "");
     Finding& finding = findings.emplace_back(
         is_judged ? FindingCode::kMountingNotStated : FindingCode::kMountingFound,
         text,
-        "if it is built so, state " + MountingLine(view, {triad}));
+        "if it is mounted so, state " + MountingLine(view, {triad}));
     if (!is_reversed) finding.About(triad);
   }
   return findings;
@@ -162,8 +162,8 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
     Finding finding(
         FindingCode::kLeftHanded,
         "magnetometer: all of its axes came out reversed against the accelerometer's, -x-y-z" +
-            std::string(is_side_guessed ? ", and nothing says on which side of the magnetic "
-                                          "equator the unit was"
+            std::string(is_side_guessed ? ", and the side of the magnetic equator is neither "
+                                          "stated nor known from a dip"
                                         : kReversed),
         is_side_guessed ? remedy : "");
     return is_side_guessed ? finding.As(Severity::kRefusal) : finding;
@@ -213,8 +213,8 @@ Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
   return {Finding(FindingCode::kHandAssumed,
                   Format("magnetometer: a dip of %.2g", dip_rad / kRadPerDeg) +
                       (sigma_rad > 0.0 ? Format(" ± %.1g", sigma_rad / kRadPerDeg) : "") +
-                      " deg does not tell its sign: with all axes reversed, " +
-                      (is_right ? "left" : "right") + "-handed, it explains the readings as well",
+                      " deg leaves the sensor's sign open: with all axes reversed (" +
+                      (is_right ? "left" : "right") + "-handed), it fits the readings equally well",
                   "state its `mounting`, or check one heading")
               .About(Triad::kMagnetometer)
               .With("dip", dip_rad / kRadPerDeg, "deg")};

@@ -38,13 +38,13 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
         run.noise.estimated.end();
     return {Finding(FindingCode::kTooManyOutliers,
                     name + ": " + std::to_string(rejected) + " of " + std::to_string(all) +
-                        " poses were left out, being off by more than " +
+                        " poses were left out, with errors above " +
                         Format("%.1f σ", RejectedFrom(tests)) + Format(" of %.2g ", sigma) + unit +
                         "; these are too many to be outliers: " +
                         (is_estimated ? "the readings do not fit the model"
                                       : "the poses scatter by more than that σ"),
                     is_estimated ? ""
-                                 : "let it be estimated (`sensors: { " + name +
+                                 : "have it estimated (`sensors: { " + name +
                                        ": { noise: { excess: estimate } } }`), or state a larger "
                                        "noise")
                 .About(triad)

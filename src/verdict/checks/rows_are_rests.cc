@@ -78,12 +78,13 @@ Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun&) {
   const double sigma = 1.0 / std::sqrt(static_cast<double>(rows.off.size()));
   if (!(correlation > std::max(kCorrelated, kCorrelatedSigmas * sigma))) return {};
   return {Finding(FindingCode::kRowsFollowEachOther,
-                  "the table has no times, so each row would be a rest; but what rows are off goes "
-                  "on from row to row" +
+                  "the table has no times, so each row is taken for a rest; but the errors of "
+                  "successive rows are correlated" +
                       Format(" (correlation %.2f", correlation) +
-                      Format(", %.2f by chance)", sigma) + ", as in a log of a unit that moves",
-                  "add `time[s]`, or state the rate in a manifest; if each row is a rest all the "
-                  "same, state `poses: every_row`")
+                      Format("; for independent rows 0 ± %.2f)", sigma) +
+                      ", as in a log of a moving unit",
+                  "add `time[s]`, or state the rate in a manifest; if each row is indeed "
+                  "a rest, state `poses: every_row`")
               .About(Triad::kAccelerometer)
               .With("correlation", correlation)
               .With("rows", static_cast<double>(rows.off.size()))};

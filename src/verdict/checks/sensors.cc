@@ -26,7 +26,8 @@ Findings CheckDegreesOfFreedom(double dof, const char* remedy) {
   return {
       Finding(FindingCode::kFewDegreesOfFreedom,
               Format("only %.1f degrees of freedom support σ, ", dof) +
-                  Format("so σ itself is known only to about %.0f %%; the intervals allow for it",
+                  Format("so they are known only to about %.0f %%; confidence intervals allow for "
+                         "it",
                          100.0 / std::sqrt(2.0 * dof)),
               remedy)
           .With("degrees_of_freedom", dof)};
@@ -82,7 +83,7 @@ Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
     findings.push_back(
         Finding(FindingCode::kNoiseFree,
                 std::string(TriadName(triad)) +
-                    Format(": its readings are noise-free; σ is nominal, for a noise of %.0e of "
+                    Format(": its readings show no noise; σ assume a nominal noise of %.0e times "
                            "the field",
                            kLeastNoiseShare))
             .About(triad)
@@ -98,8 +99,8 @@ Findings CheckCoverage(const SettledRun&, const SolvedRun& solved) {
     findings.push_back(
         Finding(FindingCode::kOneSidedPoses,
                 std::string(TriadName(coverage.triad)) +
-                    Format(": no pose within %.0f deg of one direction; nothing checks the model "
-                           "on that side",
+                    Format(": there is a direction without a pose within %.0f deg; nothing checks "
+                           "the model on that side",
                            coverage.largest_gap_deg),
                 "add poses there")
             .About(coverage.triad)

@@ -25,12 +25,12 @@ Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
   if (!(1.0 - ChiSquareCdf(chi2, quality.dof) < kByChance)) return {};
   const double times = std::sqrt(quality.reduced_chi2);
   return {Finding(FindingCode::kNoiseUnderstated,
-                  Format("the readings scatter by %.2g times the noise that is stated, which σ do "
-                         "not allow for",
+                  Format("the readings scatter by %.2g times the stated noise, and σ do not allow "
+                         "for it",
                          times),
-                  "let what is more be estimated, as by " +
+                  "have the excess estimated, as by " +
                       SensorLine(Triad::kAccelerometer, "noise: { excess: estimate }") +
-                      ", or state the noise that there is")
+                      ", or state the actual noise")
               .With("times", times)};
 }
 
@@ -60,10 +60,11 @@ Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved) {
   const std::string name = ParameterNames(graph.layout)[static_cast<std::size_t>(worst->index)];
   return {Finding(FindingCode::kStatedOtherwise,
                   name + Format(" was stated as %.6g", worst->mean) +
-                      Format(" ± %.2g, but the readings say ", worst->sigma) +
+                      Format(" ± %.2g, but the readings give ", worst->sigma) +
                       Format("%.6g", value) + Format(" ± %.2g", sigma) +
-                      Format(", %.3g σ away; the result is a mean of both", std::sqrt(furthest)),
-                  "correct what is stated, or state a larger σ")
+                      Format(", %.3g σ away; the result is a weighted mean of both",
+                             std::sqrt(furthest)),
+                  "correct the stated value, or state a larger σ")
               .With("sigmas", std::sqrt(furthest))};
 }
 

@@ -49,7 +49,7 @@ Findings CheckTerms(const SettledRun& run) {
   if (seen.changing > 0) {
     findings.push_back(
         Finding(FindingCode::kTemperatureWithinPoses,
-                Format("the temperature moved by more than %.0f degC within ", kMostChangeDegc) +
+                Format("the temperature changed by more than %.0f degC within ", kMostChangeDegc) +
                     Counted(seen.changing, "pose") + ", most in pose " +
                     std::to_string(seen.worst) +
                     Format(" (%.1f degC): their means span several temperatures", seen.largest),
@@ -79,7 +79,7 @@ Findings CheckTerms(const SettledRun& run) {
                                Format("the recording reaches %.1f to ", recorded[0]) +
                                    Format("%.1f degC, its rests only ", recorded[1]) +
                                    Format("%.1f to ", range[0]) + Format("%.1f degC", range[1]),
-                               "were rests at the ends missed? (`truetriad inspect`)")
+                               "check for rests missed at the ends (`truetriad inspect`)")
                            .With("missed", missed, "degC"));
   }
   return findings;
@@ -98,8 +98,9 @@ Findings CheckTemperatures(const SettledRun& run, const SolvedRun&) {
   const double reference = run.options.reference.temperature_degc;
   const bool is_far = std::abs((*recorded)[1] - reference) > kMuchTemperatureDegc;
   if (is_far) {
-    text += Format(": bias and sensitivity are those there, not at the reference of %.1f degC",
-                   reference);
+    text += Format(
+        ": bias and sensitivity hold at these temperatures, not at the reference of %.1f degC",
+        reference);
   }
   return {Finding(FindingCode::kNoTemperatureTerms, std::move(text))
               .With("lowest", (*recorded)[0], "degC")
@@ -120,7 +121,7 @@ Findings CheckCurves(const SettledRun&, const SolvedRun& solved) {
     if (count != static_cast<std::ptrdiff_t>(sensor->thermal->bias.size()) + 1) continue;
     findings.push_back(
         Finding(FindingCode::kCurveUnchecked,
-                std::string(TriadName(triad)) + ": the bias' curve goes through all " +
+                std::string(TriadName(triad)) + ": the bias curve passes through all " +
                     std::to_string(count) +
                     " temperatures: nothing checks it between them, and σ excludes interpolation "
                     "error",
@@ -140,10 +141,11 @@ Findings CheckDrift(const SettledRun&, const SolvedRun& solved) {
     findings.push_back(
         Finding(FindingCode::kBiasDrift,
                 std::string(TriadName(triad)) +
-                    Format(": the poses of one temperature share %.2g ", sigma) + unit +
-                    " of bias (σ) that the temperature terms do not explain; σ count it as drawn "
-                    "anew at each: the bias drifts, the order is too low, or it has a knee",
-                "take a sweep with `knots`, which shows it")
+                    Format(": the bias differs between temperatures by %.2g ", sigma) + unit +
+                    " (1 σ) more than the temperature terms explain: the bias drifts, the order is "
+                    "too low, or the curve has a knee; reported σ allow for a drift that is "
+                    "independent at each temperature",
+                "record a sweep with `knots`, which shows it")
             .About(triad)
             .With("drift", sigma, unit));
   }

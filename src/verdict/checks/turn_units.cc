@@ -212,11 +212,11 @@ std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
   const std::string of_axis =
       best.axis ? "the readings of its " + std::string(1, "xyz"[*best.axis]) + " axis" : "readings";
   return Finding(FindingCode::kWrongUnit,
-                 "the gyroscope's turns miss those of " +
+                 "the gyroscope's turns differ from those of " +
                      std::string(against_field ? "the field" : "gravity") + " by " +
-                     Format("%.0f deg, but by ", error * kDegPerRad) +
+                     Format("%.0f deg, but only by ", error * kDegPerRad) +
                      Format("%.1f deg with ", best.error * kDegPerRad) + of_axis +
-                     Format(" times %.3g: looks like ", best.factor) +
+                     Format(" multiplied by %.3g: looks like ", best.factor) +
                      unit.value_or("another unit or counts") + " labelled " + stated.name,
                  best.axis
                      ? "give all three columns one unit, and state it"

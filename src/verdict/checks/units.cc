@@ -100,7 +100,7 @@ std::string Guess(const std::optional<std::string>& unit, const std::string& sta
 }
 
 const char* Remedy() {
-  return "check that each column is the sensor's that its header says, and state the right unit; "
+  return "check that each column holds what its header says, and state the right unit; "
          "`units: trust` takes it as it is";
 }
 
@@ -183,10 +183,10 @@ std::optional<Finding> WhyTimesAreNotAsStated(const PoseSet& poses,
                       "sensor_mag "
                       "by sensor comparison in SDLOG_PROFILE; ArduPilot: IMU in LOG_BITMASK); "
                       "`units: trust` takes them as they are")
-            : Finding(
-                  FindingCode::kWrongUnit,
-                  seen + ": times look " + (is_slow ? "finer" : "coarser") + " than stated" + guess,
-                  "state the unit of the times; `units: trust` takes them as they are");
+            : Finding(FindingCode::kWrongUnit,
+                      seen + ": the times' unit seems " + (is_slow ? "finer" : "coarser") +
+                          " than stated" + guess,
+                      "state the unit of the times; `units: trust` takes them as they are");
     return finding.About(triad).With("rate", rate_hz, "Hz");
   }
   return std::nullopt;
@@ -203,7 +203,7 @@ std::optional<Finding> WhyTemperaturesAreNotAsStated(const PoseSet& poses) {
              FindingCode::kWrongUnit,
              Format("the temperature is %.6g", range[0]) + Format(" to %.6g degC: ", range[1]) +
                  (is_kelvin ? "looks like K labelled degC" : "looks like counts labelled degC"),
-             "state its unit (of a register that runs over, `wrap_bits`), or leave the column out; "
+             "state its unit, or `wrap_bits` if its register overflows, or leave the column out; "
              "`units: trust` takes it as it is")
       .With("lowest", range[0], "degC")
       .With("highest", range[1], "degC");
@@ -216,7 +216,7 @@ std::string OddSpan(const StreamSummary& stream) {
     const double others = std::max(span[(axis + 1) % 3], span[(axis + 2) % 3]);
     if (!(span[axis] > kMostForce * others) || !(others > 0.0)) continue;
     return std::string(", and its ") + "xyz"[axis] +
-           Format(" axis spans %.3g times what the others do", span[axis] / others);
+           Format(" axis spans %.3g times the range of the others", span[axis] / others);
   }
   return "";
 }
@@ -239,7 +239,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
   if (!(gain > 0.0) || (gain < kMostForce && gain > 1.0 / kMostForce)) return std::nullopt;
   return Finding(FindingCode::kWrongUnit,
                  Format("the accelerometer reads %.4g ", length) + stream->unit.name +
-                     (options.motion ? " on the whole" : " at rest") +
+                     (options.motion ? " typically" : " at rest") +
                      Format(", %.3g times gravity", gain) + OddSpan(*stream) +
                      Guess(LooksLike(Triad::kAccelerometer, gravity / length, stream->unit),
                            stream->unit.name),
@@ -270,9 +270,9 @@ std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
   if (half.scatter > std::clamp(rounding, kConstantLength, kRoundedLength)) return std::nullopt;
   return Finding(FindingCode::kNotRaw,
                  std::string(TriadName(triad)) +
-                     Format(": most readings have the length %.6g ", half.length) +
-                     stream.unit.name + Format(" to %.1e of it", half.scatter) +
-                     ", whichever way they point: they were normalised, so bias and gains are lost",
+                     Format(": most readings have the same length, %.6g ", half.length) +
+                     stream.unit.name + Format(" within a share of %.1e", half.scatter) +
+                     ", in all directions: they were normalised, so bias and gains are lost",
                  "record the sensor's raw readings")
       .About(triad)
       .With("length", half.length, stream.unit.name)
@@ -290,7 +290,7 @@ std::optional<Finding> WhyGainIsOdd(Triad triad,
   const auto guess = LooksLike(triad, unit.truth_per_raw / gain, unit);
   Finding finding(guess && is_checked ? FindingCode::kWrongUnit : FindingCode::kOddGain,
                   "the " + std::string(TriadName(triad)) +
-                      Format("'s gain is %.4g times what ", gain) + unit.name + " means" +
+                      Format("'s gain is %.4g times the nominal one of ", gain) + unit.name +
                       (triad == Triad::kMagnetometer ? " at the stated field strength" : "") +
                       Guess(guess, unit.name),
                   triad == Triad::kMagnetometer ? "check the unit and strength_ut" : Remedy());

@@ -552,7 +552,7 @@ async function run(options) {
       parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE), which exported parameters replace (${thermal}${terms}_ID)`);
     }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
-    if (chip && !chip.turn) parts.push("counts of the chip, and how it is turned cannot be told from x, y and z");
+    if (chip && !chip.turn) parts.push("counts of the chip, whose rotation x, y and z do not determine");
     else if (chip?.turn.some((row, i) => row[i] !== 1)) parts.push('counts of the chip, turned as x, y and z are');
     if (driver) {
       const how = `by CAL_${kSensors[table.triad].name}n_*, as those of PX4 before 1.12 do`;

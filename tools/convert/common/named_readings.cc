@@ -77,7 +77,7 @@ struct Inputs {
         return Error(ErrorCode::kDoesNotMatch,
                      {found[1]->path},
                      "variable `" + name +
-                         "` is there twice; give each file once, and each "
+                         "` occurs twice; give each file once, and each "
                          "variable a name of its own");
       }
       return Error(ErrorCode::kMissingArgument,
@@ -269,7 +269,7 @@ Result<Matrix> InTurn(Matrix list, const std::string& part) {
     if (std::isnan(list.values[i])) continue;
     return Error(ErrorCode::kInvalidArgument,
                  "`" + part + "` has " + std::to_string(list.values.size()) +
-                     " numbers, which are not x, y and z in turn");
+                     " numbers; a list of x, y and z in turn has a multiple of three");
   }
   return Transposed(
       {.rows = 3, .columns = list.values.size() / 3, .values = std::move(list.values)});
@@ -419,7 +419,7 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
                    {axes->path},
                    reference.readings + " has " + std::to_string(axis.size()) +
                        " samples, but its time " + time + " has " + std::to_string(times.size()) +
-                       "; a sensor with a time of its own is, say, accelerometer=acc@t_acc");
+                       "; name a sensor's own time as in accelerometer=acc@t_acc");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(std::vector<double> temperatures,
                                ReadTemperatures(inputs, columns, units, count, axes->path));
@@ -496,7 +496,7 @@ Status ConvertInputs(Inputs inputs, const Arguments& arguments, const std::strin
   if (!has_triad || !have_times) {
     return Error(
         ErrorCode::kMissingArgument,
-        "cannot tell from the names which variables are the " +
+        "the names do not show which variables are the " +
             std::string(has_triad ? "time" : "readings") +
             "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz "
             "(time=100Hz if it is not in the file; time=none if every row is one reading at rest). "

@@ -168,8 +168,8 @@ Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   }
   if (IsOf2014(contents)) return CorrectionOrder::kVehicleFrame;
   return Error(ErrorCode::kMissingKey,
-               "the log is older than 2015, and Copter or Plane up to 3.2 is not what it names as "
-               "its firmware");
+               "the log is older than 2015, and does not name Copter or Plane up to 3.2 as its "
+               "firmware");
 }
 
 Result<Contents> Survey(const std::string& path) {
@@ -522,11 +522,12 @@ Status Run(const Arguments& arguments) {
   for (const Conversion& conversion : conversions) {
     if (conversion.restated() > 0) {
       Note("magnetometer: " + Counted(conversion.restated(), "row") +
-           " logged with changed offsets converted to the first offsets");
+           " logged with changed offsets; converted as if logged with the first offsets");
     }
     if (conversion.without_temperature() > 0) {
       Note(Counted(conversion.without_temperature(), "row") +
-           " before the first temperature skipped, whose correction by it (INS_TCAL) is not known");
+           " before the first temperature skipped: the temperature correction (INS_TCAL) in them "
+           "is not known");
     }
     if (conversion.without_time() > 0) {
       Note(Counted(conversion.without_time(), "message") + " skipped (no time or no readings)");

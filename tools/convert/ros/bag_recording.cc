@@ -105,7 +105,7 @@ Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Argumen
   if (arguments.instance && !candidates.empty()) {
     return Error(ErrorCode::kInvalidArgument,
                  "--instance=" + std::to_string(*arguments.instance) +
-                     ": no such instance; there are fewer topics of one kind");
+                     ": no such instance; no type has that many topics (the first is 0)");
   }
   return Error(ErrorCode::kNoReadings,
                {arguments.inputs[0]},
@@ -463,7 +463,8 @@ Status BagRecording::Commit() {
   }
   if (not_three_ > 0) {
     Note(Counted(not_three_, "message") +
-         " skipped (an array that is not of three numbers; say which three, as in data:4-6)");
+         " skipped (an array that does not have three numbers; state which three to use, as in "
+         "data:4-6)");
     SetSource("messages skipped for an array of another length", std::to_string(not_three_));
   }
   if (without_stamp_ > 0) {

@@ -186,16 +186,17 @@ Status MessageLayouts::Check(const std::string& type) const {
   const auto check = [&](const auto& self, const std::string& name) -> void {
     const std::vector<LaidOutField>* const fields = Find(name);
     if (fields == nullptr) {
-      status = Error(ErrorCode::kMissingArgument,
-                     "it is not known which fields a " + PrintableLine(name) +
-                         " has; name a file of its definition with --layout=FILE.msg, under a "
-                         "line `MSG: " +
-                         PrintableLine(name) + "`");
+      status = Error(
+          ErrorCode::kMissingArgument,
+          "the fields of " + PrintableLine(name) +
+              " are not known; give its definition with --layout=FILE.msg, below a line `MSG: " +
+              PrintableLine(name) + "`");
       return;
     }
     if (around.size() >= kDeepest || !around.insert(TypeName(name)).second) {
-      status = Error(ErrorCode::kWrongFormat,
-                     "the layout of " + PrintableLine(name) + " holds itself, or too many others");
+      status = Error(
+          ErrorCode::kWrongFormat,
+          "the layout of " + PrintableLine(name) + " contains itself, or is nested too deeply");
       return;
     }
     for (const LaidOutField& field : *fields) {

@@ -33,7 +33,7 @@
 
 DEFINE_string(max_loss,
               "",
-              "SHARE: refuse if a corrected reading may be off by more than this share of the "
+              "SHARE: refuse if a corrected reading may have an error above this share of the "
               "signal, as in 0.01");
 DEFINE_string(temperature,
               "",
@@ -63,9 +63,9 @@ void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibr
     const double length = summary.mean_length[triad];
     if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
     Warn("the corrected " + std::string(TriadName(triad)) + Format(" reads %.3g ", length) +
-         std::string(TruthUnitName(triad)) +
-         Format(" in the mean, %.3g times ", length / expected) + field +
-         ": check the unit that the log states, and whose calibration this is");
+         std::string(TruthUnitName(triad)) + Format(" on average, %.3g times ", length / expected) +
+         field +
+         ": check the unit that the log states, and that the calibration is of this device");
   };
   tell(Triad::kAccelerometer, calibration.reference.gravity_mps2, "gravity");
   if (calibration.reference.field_ut) {
@@ -82,10 +82,12 @@ void Tell(const CorrectedLogSummary& summary) {
   const auto note_rows = [](const auto count, const char* what) {
     if (count > 0) Note(std::to_string(count) + " rows " + what);
   };
-  note_rows(summary.clamped_temperature,
-            "outside the calibrated temperature range: corrected as at its nearest end");
+  note_rows(
+      summary.clamped_temperature,
+      "outside the calibrated temperature range: corrected as if at the nearer end of the range");
   note_rows(summary.not_corrected,
-            "with a sensor left empty: no temperature or force was available yet");
+            "with a sensor left empty: the log had not yet stated the temperature or force that "
+            "its correction needs");
 }
 
 Result<VerbResult> RunApply(const std::vector<std::string>&) {
@@ -134,7 +136,7 @@ Result<PerTriad<std::optional<std::int64_t>>> ParseIds() {
     if (for_all && item != FLAGS_id) {
       return BadValue("id",
                       FLAGS_id,
-                      ": which sensors' are they? expected one number for all, or "
+                      " has a number without a sensor; expected one number for all sensors, or "
                       "accelerometer:N,gyroscope:N,magnetometer:N");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t id,
@@ -182,7 +184,7 @@ Result<ExportOptions> ParseOptions() {
   if (!FLAGS_laboratory.empty()) {
     if (FLAGS_to != "record") {
       return Error(ErrorCode::kConflictingArguments,
-                   "--laboratory is for --to=record; " + FLAGS_to + " has no place for it");
+                   "--laboratory applies only to --to=record; leave it out for " + FLAGS_to);
     }
     TRUETRIAD_ASSIGN_OR_RETURN(options.laboratory, ReadLaboratory(FLAGS_laboratory));
   }
@@ -190,7 +192,7 @@ Result<ExportOptions> ParseOptions() {
 }
 
 std::string LossText(const Export& result) {
-  Table table = Headed("off by; at most; RMS; of; sigma; ", "lrrrrl");
+  Table table = Headed("error; at most; RMS; of; sigma; ", "lrrrrl");
   for (const Triad triad : kTriads) {
     if (!result.loss[triad]) continue;
     const ExportLoss& loss = *result.loss[triad];
@@ -230,7 +232,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   if (auto held = fleet::WhatStoreHolds(folder, calibration)) {
     calibration.decisions = std::move(held->decisions);
     if (!held->counts) {
-      Warn(FLAGS_calibration + ": is of another run than that which counts; the unit is " +
+      Warn(FLAGS_calibration + ": is not of the run that counts for this unit; the unit is " +
            fleet::ReasonOf(held->unit));
     }
   }
@@ -238,7 +240,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
     // Noise of another unit of the same type is common practice, but gets a warning.
     const Status same =
         CheckSameSensors(FLAGS_allan, options.allan->serial, options.allan->tags, calibration);
-    if (!same) Warn(same.error().message + "; its noise is taken all the same");
+    if (!same) Warn(same.error().message + "; its noise is used nevertheless");
   }
   const Result<Export> result = ExportCalibration(calibration, FLAGS_to, options);
   if (!result) return Error{result.error().code, FLAGS_calibration + ": " + result.error().message};

@@ -100,8 +100,8 @@ Result<VerbResult> RunCheck(const std::vector<std::string>&) {
   for (const std::string& file : files) {
     std::error_code failure;
     if (file.empty() || std::filesystem::exists(file, failure)) continue;
-    Note("note: there is no " + std::filesystem::path(file).lexically_normal().string() +
-         " now; paths in an experiment are as seen from its folder");
+    Note("note: " + std::filesystem::path(file).lexically_normal().string() +
+         " does not exist; paths in an experiment are relative to its folder");
   }
   std::string text = FLAGS_config + ": valid; calibrates ";
   for (const std::string& sensor : sensors) text += (&sensor == &sensors[0] ? "" : ", ") + sensor;
@@ -153,8 +153,9 @@ Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   std::vector<FormatInfo> formats;
   for (const std::string& name : CommaSeparated(FLAGS_to)) {
     if (std::find(kNoiseFormats.begin(), kNoiseFormats.end(), name) == kNoiseFormats.end()) {
-      return Error(ErrorCode::kInvalidArgument,
-                   "--to: `" + name + "` takes no noise; expected kalibr, openvins or ros2");
+      return Error(
+          ErrorCode::kInvalidArgument,
+          "--to: `" + name + "` is not a format for noise; expected kalibr, openvins or ros2");
     }
     TRUETRIAD_ASSIGN_OR_RETURN(formats.emplace_back(), InfoOfFormat(name));
   }

@@ -43,8 +43,8 @@
 
 DEFINE_string(solver,
               "eliminated",
-              "eliminated|ceres: eliminated, or ceres: poses or motion by Ceres as they are, "
-              "slower, for comparison");
+              "eliminated|ceres: solver: eliminated, or ceres: Ceres without elimination of poses "
+              "or motion; slower, for comparison");
 
 namespace truetriad {
 namespace {
@@ -208,7 +208,7 @@ Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet
   }
   if (rest.lost.empty()) return made;
   for (Finding& finding : rest.lost) {
-    finding.text = "left out, so that the other sensors have a result: " + finding.text;
+    finding.text = "this sensor is left out, so that the others have a result: " + finding.text;
     found->findings.push_back(finding.As(Severity::kWarning));
   }
   rest.refusal.reset();
@@ -369,7 +369,7 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> withdrawn,
                              WithdrawExports(all->front().task.folder, exports.files));
   for (const std::string& file : withdrawn) {
-    Note(file + ": was exported of an earlier result, and is renamed");
+    Note(file + ": is the renamed export of an earlier result");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
     const Done& done = (*all)[i];
@@ -431,7 +431,7 @@ void TakeOverDecisions(Done* done) {
   if (earlier->LimitsVerdict() == Verdict::kFail &&
       done->calibration.LimitsVerdict() == Verdict::kNoLimits) {
     Warn(done->Path("calibration.yaml") +
-         ": this recording was FAIL, and is NO LIMITS SET now, since no limits were stated");
+         ": this recording had the verdict FAIL; without stated limits it is now NO LIMITS SET");
   }
   for (const Decision& decision : earlier->decisions) {
     if (!decision.is_automatic) done->calibration.decisions.push_back(decision);
@@ -481,7 +481,7 @@ class FolderGivesWay {
     if (!inside.empty() && *inside.begin() != "..") {
       return Error(ErrorCode::kOutputInTheWay,
                    {folder.string()},
-                   "has the log in it and would be replaced; choose another --output");
+                   "contains the log and would be replaced; choose another --output");
     }
     has_made_parent_ = !fs::exists(folder.parent_path(), failure);
     const fs::path aside = folder.string() + ".aside";
@@ -531,9 +531,10 @@ Status CheckIsUnpacked(const std::string& log) {
   if (start != std::array<char, 2>{'\x1F', '\x8B'}) return {};
   const auto text = TextFile::Open(log);
   if (text || text.error().code != ErrorCode::kWrongFormat) return {};
-  return Error(ErrorCode::kWrongFormat,
-               {log},
-               "is packed with gzip, and only CSV is read packed; unpack it first: gunzip " + log);
+  return Error(
+      ErrorCode::kWrongFormat,
+      {log},
+      "is compressed with gzip, which is supported only for CSV; unpack it first: gunzip " + log);
 }
 
 /// The recordings of the logs by sensor instance; logs of other systems are converted below
@@ -786,7 +787,8 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   Error error = result.error();
   for (const FolderGivesWay& folder : converted) {
     if (folder.Holds(error.place.file)) {
-      error.message += "; that recording is not kept, `truetriad convert` writes it from the log";
+      error.message +=
+          "; that recording was temporary; to look at it, write it with `truetriad convert`";
     }
   }
   return error;

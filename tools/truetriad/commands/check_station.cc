@@ -29,7 +29,8 @@ DEFINE_string(
     repeatability,
     "",
     "SENSOR.bias=SIGMA,...: σ by which the golden unit itself differs from run to run, as in "
-    "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; of scale a share)");
+    "accelerometer.bias=0.01,magnetometer.scale=0.001 (m/s^2, rad/s, uT; for scale a relative "
+    "value)");
 
 namespace truetriad {
 namespace {
@@ -59,7 +60,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   if (FLAGS_config.empty() && golden.config_yaml.empty()) {
     return Error(ErrorCode::kMissingArgument,
                  FLAGS_golden +
-                     ": does not say by which experiment it was made (it was imported, "
+                     ": does not state by which experiment it was made (it was imported, "
                      "or simulated); give one with --config");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
@@ -67,9 +68,9 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
       Experiment experiment,
       ReadExperiment(FLAGS_config.empty() ? FLAGS_golden : FLAGS_config, overrides));
   if (!FLAGS_store.empty() && experiment.tags.station.empty()) {
-    return Error(ErrorCode::kMissingArgument,
-                 "--store keeps the check of a station, and none is named; give "
-                 "--tag=station=NAME");
+    return Error(
+        ErrorCode::kMissingArgument,
+        "--store needs the name of the station whose check it keeps; give --tag=station=NAME");
   }
   experiment.inputs = std::move(inputs);
   return experiment;
@@ -82,7 +83,7 @@ Status CheckStore() {
   if (!fleet::JsonLinesPath(FLAGS_store)) return {};
   return BadValue("store",
                   FLAGS_store,
-                  ": a file of runs keeps no checks; name a file for SQLite, as in "
+                  ": a file of JSON lines cannot hold station checks; name an SQLite file, as in "
                   "--store=fleet.db, or PostgreSQL");
 }
 
@@ -107,8 +108,8 @@ Result<Today> TodayOf(const Experiment& experiment) {
   if (!recorded && stamp) {
     recorded = fleet::RecordedOf(*stamp);
     if (!FLAGS_store.empty()) {
-      Warn(log + ": does not say when it was recorded; taken is its file's time, " + recorded->at +
-           ", which a copy may renew");
+      Warn(log + ": does not state when it was recorded; its file's time, " + recorded->at +
+           ", is used, which copying may change");
     }
   }
   if (recorded) today.recorded = recorded->at;
@@ -157,7 +158,7 @@ std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
               ? "this recording was checked at " + counting->created + " already"
               : "the golden unit was recorded again since, at " + counting->recorded) +
          ", and " + (counting->agrees ? "agreed" : "did not agree") +
-         "; that holds, until the golden unit is recorded again\n";
+         "; that result holds until the golden unit is recorded again\n";
 }
 
 /// Compares today's calibration with the reference; the store keeps the result.

@@ -40,8 +40,8 @@ DEFINE_string(
     "NAME[,NAME]: topics or messages to convert if the log has several, separated by commas");
 DEFINE_string(columns,
               "",
-              "WHAT=NAME[,WHAT=NAME]: which variable of a file without a layout of its own is "
-              "what, as in time=t,accelerometer=imu.acc,gyroscope=gyr");
+              "ROLE=NAME[,ROLE=NAME]: the variable for each role in a file without a fixed layout, "
+              "as in time=t,accelerometer=imu.acc,gyroscope=gyr");
 DEFINE_string(
     layout,
     "",
@@ -333,7 +333,7 @@ Result<ProgramRun> RunProgram(const std::string& program,
   }
   return Error(ErrorCode::kDamagedFile,
                program + " was stopped by signal " + std::to_string(WTERMSIG(status)) +
-                   "; its output is there as a whole, or not at all");
+                   "; its output is either complete or was not written");
 }
 
 const LogFormat* LogFormatOf(const std::string& log) {

@@ -27,28 +27,32 @@
 
 DEFINE_string(units_of,
               "",
-              "LIST|FOLDER|GLOB: logs, folders with logs, patterns as 'line-3/*.csv', and lists");
+              "LIST|FOLDER|GLOB: logs, folders with logs, patterns such as 'line-3/*.csv', and "
+              "files that list logs");
 DEFINE_bool(resume,
             false,
-            "leave out logs that have not changed since their last run, which is in the store and "
-            "was by this experiment, this program, and the serial number and tags of the list");
+            "skip logs that have not changed since their last run, if the store has that run with "
+            "the same experiment, program, serial number and tags");
 DEFINE_string(shard, "", "I/N: I/N: only that part of the units, I from 0 to N-1");
 DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
 DEFINE_string(poll,
               "",
-              "SECONDS: look every so many seconds (default: 1, or 5 on network folders, which do "
-              "not say who writes)");
-DEFINE_string(until_idle, "", "SECONDS: end when nothing has happened for so many seconds");
-DECLARE_int32(jobs);
-DEFINE_string(store,
+              "SECONDS: interval between looks (default: 1, or 5 on network folders, which do not "
+              "tell whether a file is still being written)");
+DEFINE_string(until_idle,
               "",
-              "FILE|URL: where the runs are kept: a file for SQLite, or "
-              "postgresql://HOST/DATABASE, or NAME.jsonl for a shard's own, which `fleet collect` "
-              "merges; what calibrates has fleet.db in its output folder");
+              "SECONDS: end after this time without a new or changed log or a finished run");
+DECLARE_int32(jobs);
+DEFINE_string(
+    store,
+    "",
+    "FILE|URL: where the runs are kept: a file for SQLite, or "
+    "postgresql://HOST/DATABASE, or NAME.jsonl for the runs of one shard, to be merged by `fleet "
+    "collect` (default of fleet run and fleet watch: fleet.db in the output folder)");
 DEFINE_string(assets,
               "inline",
-              "inline|shared: where the style and the script of reports are: inline, in each page, "
-              "or shared, once for all");
+              "inline|shared: style and script of reports: inline, in each page, or shared, in "
+              "files that all pages use");
 DEFINE_string(serial,
               "",
               "PATTERN: how logs are named, to take serial numbers from there: {serial} and * for "
@@ -58,15 +62,15 @@ DEFINE_string(memory_limit, "2048", "MB: MB of address space that a unit may tak
 DEFINE_string(retest_counts,
               "",
               "last|first|best: which run of a unit that is measured again counts: last (default), "
-              "first or best; said once, the store keeps it");
-DEFINE_string(
-    retest_most,
-    "",
-    "N: how many recordings of a unit count after its first (default: all); said once likewise");
+              "first or best; the store keeps the choice");
+DEFINE_string(retest_most,
+              "",
+              "N: how many recordings of a unit after its first may count (default: all); the "
+              "store keeps the choice");
 DEFINE_string(require_golden,
               "",
               "AGE: how old the station's last check-station may be, as in 8h, 30m or 1d; no unit "
-              "is calibrated where it is older, or did not agree");
+              "is calibrated if that check is older or did not agree");
 DEFINE_string(progress, "", "jsonl: jsonl: a line of JSON about each run, on stderr");
 
 namespace truetriad {
@@ -127,12 +131,12 @@ Status StateRetestPolicy(fleet::Store& store) {
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_warning(
-        "retest rule changed: the " + std::string(RetestCountsName(policy.counts)) +
+        "retest rule changed: now the " + std::string(RetestCountsName(policy.counts)) +
         " of a unit's " +
         (!policy.most       ? "runs"
          : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
                             : "runs of its first recording") +
-        " counts, also of units that are in the store; before, the last of all did");
+        " counts, also for units in the store; so far the last run of all counted");
   }
   return {};
 }
@@ -148,9 +152,8 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
   TRUETRIAD_ASSIGN_OR_RETURN(const double age_s,
                              ParseDuration("require-golden", FLAGS_require_golden));
   if (needs_station && plan.tags.station.empty()) {
-    return Error(
-        ErrorCode::kMissingArgument,
-        "no station is named whose golden unit is to be required; give --tag=station=NAME");
+    return Error(ErrorCode::kMissingArgument,
+                 "--require-golden needs the name of the station; give --tag=station=NAME");
   }
   return GoldenHold([station = plan.tags.station, age_s, &store](const std::string& of_unit) {
     return fleet::GoldenHold(store, of_unit.empty() ? station : of_unit, age_s);
@@ -175,8 +178,9 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
                                  fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
   if (is_beside_another) {
-    FleetTalk().Listener().on_warning("a new store is begun, " + *file + ", and this output has " +
-                                      usual + ", whose runs it does not know; was that one meant?");
+    FleetTalk().Listener().on_warning(
+        "a new store, " + *file + ", is created, although the output folder has " + usual +
+        ", whose runs it lacks; if you meant that store, give it as --store");
   }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));

@@ -29,22 +29,20 @@
 DEFINE_string(sql, "", "SELECT: a question in SQL; the tables are in docs/fleet.md");
 DEFINE_string(where,
               "",
-              "CONDITION: of which runs, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
+              "CONDITION: the runs to select, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
 DEFINE_bool(csv, false, "print CSV");
-DEFINE_string(runs,
-              "standing",
-              "WHICH: of which runs: standing, those that count, one a unit; or all");
+DEFINE_string(runs, "standing", "WHICH: standing (the run that counts for each unit) or all");
 DEFINE_bool(unfinished,
             false,
             "take files of shards, too, that are still being written or were cut off");
 DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
 DEFINE_string(who, "", "NAME: who decides");
-DEFINE_string(verdict, "", "VERDICT: what the unit is from now on");
+DEFINE_string(verdict, "", "VERDICT: the verdict on the unit from now on");
 DEFINE_string(why, "", "TEXT: why, in one line");
 DEFINE_bool(wrong_serial,
             false,
-            "what was read is another unit's, whose log may then be run under its own number; only "
-            "=false takes that back");
+            "the log is of another unit, and may be run again under that unit's number; to take "
+            "this back, give --wrong-serial=false");
 DEFINE_string(run,
               "",
               "RUN: the run whose serial number was wrong, where the unit has several recordings");
@@ -136,7 +134,8 @@ Json JsonOf(const fleet::Table& table) {
 
 Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
   if (!FLAGS_sql.empty() && !FLAGS_where.empty()) {
-    return Error(ErrorCode::kConflictingArguments, "--sql and --where ask two questions; give one");
+    return Error(ErrorCode::kConflictingArguments,
+                 "--sql and --where exclude each other; give one");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<fleet::Store> store,
                              OpenStatedToRead(!FLAGS_sql.empty()));
@@ -218,8 +217,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;  // Each warning takes several lines.
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and give the run of the other up by `truetriad fleet "
-         "dispose SERIAL --store=" +
+         "; find out which unit was measured, and give up the run of the other unit with "
+         "`truetriad fleet dispose SERIAL --store=" +
          fleet::ShownStore(FLAGS_store) +
          " --who=NAME --verdict=FAIL --wrong-serial --run=RUN --why=WHY`");
   }
@@ -289,7 +288,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
       fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
   std::vector<std::string> unreached;
   for (const fleet::Unreached& one : agreed.unreached) {
-    Warn(one.error.message + "; `export` does not know of this decision there");
+    Warn(one.error.message + "; `export` from there does not notice this decision");
     unreached.push_back(one.error.message);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
@@ -306,8 +305,8 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
                                        " (run " + added.run + ")";
   text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
-  text += verdict == Verdict::kPass ? "Export again what is to leave.\n"
-                                    : "What was exported of it elsewhere is as it was.\n";
+  text += verdict == Verdict::kPass ? "Export again what is needed.\n"
+                                    : "Its exports elsewhere are unchanged.\n";
   // The store is updated, but files of a unit that may not be delivered are unchanged.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
@@ -374,7 +373,7 @@ withdrawn as they are collected (4: where their files are not here).
 Command FleetDisposeCommand() {
   return {
       .name = "fleet dispose",
-      .summary = "What does somebody decide about a unit, whatever the verdict of its run?",
+      .summary = "How do I record a decision about a unit, whatever the verdict of its run?",
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",

@@ -25,14 +25,15 @@ DEFINE_string(study, "", "CONDITION: which runs are a gauge study, as in \"note 
 DEFINE_string(by, "operator", "TAG: tag that says who or what measured, in a study");
 DEFINE_string(reference,
               "",
-              "QUANTITY=VALUE: what the one unit of a type-1 study is known to be, in the unit of "
-              "the limit (without one: of the log); a flag for each");
+              "QUANTITY=VALUE: known value of the one unit of a type-1 study, in the limit's unit "
+              "(without a limit: the log's); once for each quantity");
 DEFINE_string(golden_due,
               "24h",
               "DURATION: age at which a station's check of its golden unit is overdue");
 DEFINE_int32(baseline,
              200,
-             "UNITS: baseline of the control charts, so many units of each station; 0: all units");
+             "UNITS: number of units of each station that form the baseline of its control charts; "
+             "0: all units");
 DEFINE_int32(points, 0, "COUNT: last points of each control chart that --json holds");
 
 namespace truetriad {

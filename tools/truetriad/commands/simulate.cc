@@ -73,8 +73,8 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
     if (fs::is_directory(target, failure) != entry.is_directory()) {
       return Error(ErrorCode::kOutputInTheWay,
                    {target.string()},
-                   std::string("is in the way of a ") + (entry.is_directory() ? "folder" : "file") +
-                       " to write; remove it or choose another --output");
+                   std::string("exists, but a ") + (entry.is_directory() ? "folder" : "file") +
+                       " of that name must be written; remove it or choose another --output");
     }
     if (entry.is_directory()) TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(target.string()));
   }
