@@ -146,8 +146,10 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
 // An outlier in a window moves the mid-range by half of its error and the mean by the error over
 // the window's count, so one-sided outliers show in the average of mid-range less mean over all
 // windows. Noise with tails of any length moves the mid-range to both sides alike.
+// In steps larger than the noise, extremes are rounded to one side in all windows alike.
 Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
-                              const Eigen::Vector3d& sigma_raw) {
+                              const Eigen::Vector3d& sigma_raw,
+                              const Eigen::Vector3d& step_raw) {
   double windows = 0.0;
   Eigen::Array3d sum = Eigen::Array3d::Zero(), square = sum;
   for (const TriadPoseMoments* pose : poses) {
@@ -158,10 +160,12 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   if (windows < kFewestOneSided) return shift;
   const Eigen::Array3d mean = sum / windows;
-  const Eigen::Array3d variance = (square / windows - mean.square()).max(0.0) / windows;
+  const Eigen::Array3d scatter = (square / windows - mean.square()).max(0.0);
   for (int axis = 0; axis < 3; ++axis) {
     const double size = std::abs(mean[axis]);
-    if (size < kOneSidedSigmas * std::sqrt(variance[axis])) continue;
+    // A mid-range has half of the variance of each extreme.
+    const double rounding = RoundingVariance(2.0 * scatter[axis], step_raw[axis]);
+    if (size < kOneSidedSigmas * std::sqrt(scatter[axis] / windows + rounding)) continue;
     if (size < kOneSidedShare * sigma_raw[axis]) continue;
     shift[axis] = kOneSidedMean * mean[axis];
   }
@@ -210,7 +214,7 @@ void FillTriad(Triad triad,
     stream->noise_sigma_raw[axis] = std::sqrt(axis_noise.white_variance());
     stream->correlation_inflation[axis] = axis_noise.inflation();
   }
-  stream->one_sided_raw = OneSidedShift(present, stream->noise_sigma_raw);
+  stream->one_sided_raw = OneSidedShift(present, stream->noise_sigma_raw, step_raw);
   for (std::size_t i = 0; i < present.size(); ++i) {
     const bool own = present[i]->window_dof >= kEnoughDof;
     const Eigen::Matrix3d& shape = own ? present[i]->window_scatter_raw : scatter;

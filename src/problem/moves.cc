@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/moves.h"
 
+#include <cmath>
+
 namespace truetriad {
 
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer) {
@@ -28,7 +30,9 @@ std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
 }
 
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope) {
-  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt());
+  // A step q adds the variance q^2 / 12 while the unit turns, also where it hides noise at rest.
+  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt())
+      .cwiseMax(gyroscope.resolution_raw / std::sqrt(12.0));
 }
 
 }  // namespace truetriad

@@ -56,7 +56,9 @@ void LostRowCounter::Add(std::span<const std::int64_t> time_ns,
       const double size = told.norm();
       if (size > least) {
         ++turned_;
-        if (vector_raw[i] == vector_raw[i - 1]) ++repeated_;
+        if (vector_raw[i] == vector_raw[i - 1] || gyroscope_raw[i] == gyroscope_raw[i - 1]) {
+          ++repeated_;
+        }
         steps[i] = {told.dot(field - before) / (size * size) - 1.0,
                     std::numbers::sqrt2 * sigma_ / size,
                     true};

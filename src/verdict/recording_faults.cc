@@ -109,7 +109,6 @@ class RecordingSearch {
   const PoseGraph& graph_;
   const ReducedSystem& system_;
   RecordingFaults faults_;
-  bool is_coarse_ = false;  // the gyroscope rests on one converter step
 };
 
 void RecordingSearch::Widen(const Eigen::VectorXd& moved,
@@ -144,8 +143,7 @@ void RecordingSearch::FindRounding() {
         RoundingVarianceAt(bias[axis], noise[axis] * noise[axis], stream->rest_step_raw[axis]));
   }
   const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
-  is_coarse_ = InSigmas(moved) >= kRoundingSigmas && Acts(Mechanism::kRounding);
-  if (!is_coarse_) return;
+  if (InSigmas(moved) < kRoundingSigmas || !Acts(Mechanism::kRounding)) return;
   Widen(moved,
         Triad::kGyroscope,
         "has a resolution coarser than its noise, so its bias is known only to one step of its "
@@ -156,8 +154,6 @@ void RecordingSearch::FindRounding() {
 void RecordingSearch::FindOneSided() {
   for (const StreamSummary& stream : poses_.streams) {
     if (!graph_.layout.Has(stream.triad) || stream.one_sided_raw.isZero(0.0)) continue;
-    // Between two steps readings are one-sided by rounding, which is accounted for already.
-    if (is_coarse_ && stream.triad == Triad::kGyroscope) continue;
     if (!Acts(Mechanism::kOneSided)) continue;
     Widen(MovedBy(graph_.layout.bias[stream.triad], stream.one_sided_raw),
           stream.triad,
