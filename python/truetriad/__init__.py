@@ -38,7 +38,7 @@ class NotEnough(Error):
 
 
 def _find_module():
-    """Adds a checkout's build folder to the package's path, unless the built module is found without."""
+    """Adds a checkout's build folder to the package's path, unless the compiled module is found without it."""
     import importlib.util
     import pathlib
     if importlib.util.find_spec("._truetriad", __name__) is None:
@@ -50,7 +50,7 @@ def _find_module():
 
 
 _find_module()
-from . import _truetriad as _core  # noqa: E402  its errors are those above
+from . import _truetriad as _core  # noqa: E402  it raises the errors above
 from ._answers import AllanDeviation, Comparison, Covariance, Evaluation, Plan  # noqa: E402
 from . import _notebook  # noqa: E402
 from ._recording import Recording  # noqa: E402

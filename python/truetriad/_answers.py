@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The results of the verbs other than calibrate."""
+"""The results of all verbs but calibrate and simulate."""
 
 
 class Covariance:
@@ -36,7 +36,7 @@ class Covariance:
 
 
 class _Answer:
-    """print() gives the text of the command line; answer["key"] and to_dict() its --json."""
+    """print() gives the text of the command line; answer["key"] and to_dict() give its --json."""
 
     def __init__(self, core):
         self._core = core

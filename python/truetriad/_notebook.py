@@ -8,7 +8,7 @@ POSE, SENSOR, ERROR, ERROR_BEFORE = 0, 1, 5, 6
 
 
 def _repr_html_(self):
-    """Verdict, and bias and gain of each axis of each sensor with their sigma."""
+    """The verdict; for each sensor, bias and gain of each axis with their sigmas."""
     rows = ""
     sensors = self.to_dict()["sensors"] if self.usable else {}
     for name, sensor in sensors.items():
@@ -24,7 +24,7 @@ def _repr_html_(self):
 
 
 def _value(tree, name):
-    """The value of a parameter by the name that the covariance gives it; NaN if there is none."""
+    """The value of the parameter that the covariance lists as `name`; NaN if there is none."""
     words = name.split(".")
     node = tree if words[0] == "reference" else tree["sensors"]
     for word in words:
@@ -48,8 +48,8 @@ def to_frame(self):
 
 
 def plot(self):
-    """A matplotlib figure: for accelerometer and magnetometer by how much the length of the reading at each pose misses
-    gravity or the field, before and after calibration."""
+    """A matplotlib figure for accelerometer and magnetometer: by how much the length of each pose's reading differs
+    from gravity or the field, before and after calibration."""
     import matplotlib.pyplot as plt
     rows = [row for row in self.to_dict()["quality"].get("pose_residuals", []) if row[ERROR] is not None]
     shown = [name for name in SENSORS if name != "gyroscope" and any(row[SENSOR] == name for row in rows)]

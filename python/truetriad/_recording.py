@@ -10,7 +10,7 @@ _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 
 
 def _column(name):
-    """The parts of a column's name: ("accel", "x", None, "m/s^2", None) of "accel_x[m/s^2]"; None of other names."""
+    """The parts of a column's name: ("accel", "x", None, "m/s^2", None) for "accel_x[m/s^2]"; None for other names."""
     import re
     match = re.fullmatch(r"(?:(accel|gyro|mag)_([xyz])|(time|temperature))\[(.+)\]|(pose)", str(name))
     return match and match.groups()
@@ -33,11 +33,11 @@ class Recording:
     where the unit moves. "time_ns" (integers) in place of "time" is exact. Rows with NaN readings are
     dropped, as empty fields are.
 
-    The arrays are copied, and the copies are read-only: later changes of yours change no calibration.
+    The arrays are copied, and the copies are read-only: changes to yours later change no calibration.
     Masked values are NaN. time may hold datetime64 or timedelta64.
 
     units: unit of each sensor, {"gyroscope": "deg/s"}; m/s^2, rad/s and uT must be stated, too: a unit is
-    never guessed. rate_hz: in place of time, for even times.
+    never guessed. rate_hz: in place of time, if times are even.
     name stands for the file in messages and results.
     """
 
@@ -64,7 +64,7 @@ class Recording:
             if sensor not in data:
                 continue
             stated = data[sensor]
-            # The columns of a table are readings, the keys of a dict are not.
+            # The columns of a table are the readings themselves; the keys of a dict are the keys of _OF_SENSOR.
             is_table = not hasattr(stated, "keys") or hasattr(stated, "columns")
             stated = {"readings": stated} if is_table else dict(stated)
             unknown = [key for key in stated if key not in _OF_SENSOR]
@@ -103,7 +103,7 @@ class Recording:
             stream["time_ns"] = _nanoseconds(np.arange(len(readings)) / rate_hz, what)
         elif "time_ns" in stated:
             if np.asarray(stated["time_ns"]).dtype.kind not in "iu":
-                raise _fail(f"{what}: time_ns must be integers; state seconds as time")
+                raise _fail(f"{what}: time_ns must be integers; give seconds as `time`")
             stream["time_ns"] = _integers(stated["time_ns"], f"{what}, time_ns", np.int64)
         elif "time" in stated:
             stream["time_ns"] = _nanoseconds(stated["time"], what)
@@ -145,7 +145,7 @@ class Recording:
         return self._core().save(folder)
 
     def _core(self):
-        """The recording for C++, which copies the arrays."""
+        """The recording as a C++ object, which holds copies of the arrays."""
         key = self.name, self.serial
         made, core = self.__dict__.get("_made", (None, None))
         if made != key:
@@ -175,7 +175,7 @@ def _again(data, name, serial):
 
 
 def _is_number(value):
-    """Whether it is one number, of Python or NumPy."""
+    """Whether value is a single number of Python or NumPy."""
     return isinstance(value, (int, float)) or getattr(value, "shape", None) == () and hasattr(value, "__float__")
 
 
@@ -208,7 +208,7 @@ def _nanoseconds(values, what):
             raise _fail(f"{what}: times have a finer unit than ns, or are too far from 1970 to be held in ns")
         return in_ns.astype(np.int64)
     time = _truetriad.numbers(values, f"{what}, time")
-    wrong = ~(np.abs(time) < 9.2e9)  # In ns such times still fit into 64 bits.
+    wrong = ~(np.abs(time) < 9.2e9)  # In ns, times below this limit fit into 64 bits.
     if wrong.any():
         raise _fail(f"{what}, row {wrong.argmax()}: time is {time[wrong][0]}; expected seconds"
                     ", with none missing")
@@ -220,7 +220,7 @@ _EXAMPLE = {"accelerometer": "m/s^2", "gyroscope": "rad/s", "magnetometer": "uT"
 
 
 def _columns(table, units):
-    """The data and units of columns that are named as in a self-describing CSV."""
+    """The data and units of a table with columns named as in a self-describing CSV."""
     import numpy as np
     data, axes = {}, {}
     for column in table.keys():

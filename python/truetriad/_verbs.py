@@ -15,8 +15,8 @@ def calibrate(recording=None, config=None, *, set=None, units=None, folder=None,
     config: None (every sensor in the recording, with defaults), path of an experiment, or a dict with its
         keys (docs/experiments.md; paths in it are relative to the current folder).
     set: {"reference.gravity_mps2": 9.81}, keys that replace those of the config, as --set.
-    folder: where the result will lie, as -o: paths of recordings in the result are relative to it. Only
-        without a config; default: LOG.truetriad.
+    folder: where the result will lie, as -o: the result states paths of recordings relative to this folder.
+        Only without a config; default: LOG.truetriad.
     progress: called with the share of the recording that is read, 0…1, a few times a second.
 
     Returns a Calibration. Data that do not determine it raise no exception: usable is then False and
@@ -35,7 +35,7 @@ def load(path):
 def evaluate(calibration, recording, *, units=None, poses="", progress=None):
     """How good a calibration (or the path of one) is on a recording that it was not made from.
 
-    poses: where they are, as --poses: "detect", "every_row", "column:NAME", ….
+    poses: where the poses are, as --poses: "detect", "every_row", "column:NAME", ….
     Raises NotEnough if no poses are found.
     """
     files, recordings = _inputs(recording, units)
@@ -45,13 +45,13 @@ def evaluate(calibration, recording, *, units=None, poses="", progress=None):
 
 
 def compare(a, b):
-    """Whether two calibrations (or paths of such) agree, in sigmas, with both in one frame convention."""
+    """Whether two calibrations (or those at two paths) agree, in sigmas, both stated in one body frame."""
     return Comparison(_truetriad.compare(_calibration(a), _calibration(b)))
 
 
 def plan(config, measured=None, *, set=None, progress=None):
     """Which poses to take, and how good the calibration will be. config: as calibrate's, with `plan:`.
-    measured: path of a recording of poses that are already taken; progress is called as it is read."""
+    measured: path of a recording of poses that are already taken; progress is called while it is read."""
     measured = b"" if measured is None else _path(measured, "measured")
     return Plan(_truetriad.plan(_document(config, set), measured, _callable(progress)))
 
@@ -59,7 +59,7 @@ def plan(config, measured=None, *, set=None, progress=None):
 def allan(recording, rate_hz=None, *, sensor="gyroscope", unit="rad/s", progress=None):
     """Allan deviation of a unit at rest: noise density, bias instability, random walk of each axis.
 
-    recording: path of a log, a Recording, or an array (N, 3) of one sensor in unit at rate_hz.
+    recording: path of a log, a Recording, or an array (N, 3): readings of `sensor` in `unit` at rate_hz.
     """
     if recording is None or hasattr(recording, "keys") and not hasattr(recording, "columns"):
         raise _fail("allan takes the path of a log, a Recording, or an array (N, 3); make a Recording of a mapping")
@@ -92,7 +92,7 @@ def simulate(scenario, *, set=None, unit=0, progress=None):
 
 
 def _inputs(recording, units):
-    """The input as (paths of files, recordings in memory), one of them empty."""
+    """The input as (paths of files, recordings in memory); at least one of the two is empty."""
     if recording is None:
         return [], []
     several = list(recording) if isinstance(recording, (list, tuple)) else [recording]
@@ -120,7 +120,7 @@ def _is_path(value):
 
 
 def _path(value, what):
-    """The bytes of a path: names of files need not be UTF-8."""
+    """The path as bytes, since names of files need not be UTF-8."""
     if not _is_path(value):
         raise _fail(f"{what} is of the type {type(value).__name__}; expected a path")
     name = os.fsencode(value)
@@ -147,7 +147,7 @@ def _unit_of(unit):
 
 
 def _plain(value):
-    """Values that JSON does not know, as those that it knows: paths, NumPy's numbers and arrays."""
+    """Converts a value that JSON does not know (a path, a number or an array of NumPy) to one that it knows."""
     if _is_path(value):
         return os.fsdecode(value)
     if hasattr(value, "tolist"):

@@ -17,7 +17,8 @@
 namespace truetriad {
 namespace {
 
-/// Of the longest stretch: up to a quarter of it, m = 25, the curve has 12 points for 5 strengths.
+/// Fewest samples of the longest stretch. A curve up to a quarter of them, m = 25, has 12 points
+/// for 5 strengths.
 constexpr std::int64_t kFewestSamples = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
@@ -57,7 +58,7 @@ class StreamAnalysis {
                  const AllanOptions& options)
       : info_(info),
         options_(options),
-        // Without time the stamps are row numbers.
+        // If the recording has no times, stamps are row numbers.
         ns_per_stamp_(recording.has_time ? 1.0 : 1e9 / options.rate_hz),
         monitor_(info, recording.has_time),
         even_([this](const EvenReadings& readings) { Take(readings); }, [this] { EndStretch(); }),
@@ -118,13 +119,13 @@ class StreamAnalysis {
   HoldWatch hold_;
   std::array<bool, 3> is_described_{};  ///< Whether the noises fit the axis' curve.
   std::vector<std::string> warnings_;
-  std::vector<std::string> doubts_;  ///< About coefficients.
+  std::vector<std::string> doubts_;  ///< Warnings about coefficients.
 };
 
 void StreamAnalysis::Take(const EvenReadings& readings) {
   if (watches_.empty()) {
-    // Windows of one second show a knock as well as a slow turn. They have at least 32 samples: the
-    // σ of a variance from fewer exceeds 25 % of it.
+    // Windows of one second show a knock as well as a slow turn. They have at least 32 samples:
+    // with fewer, the σ of a variance exceeds 25 % of the variance.
     const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
     watches_.assign(3, AxisWatch(static_cast<std::size_t>(std::llround(a_second))));
@@ -204,8 +205,8 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
     Warn(Name(),
          "each reading is held for " + Number(*held, 3) +
              " samples on average: the sensor updates at " + Number(result.rate_hz / *held) +
-             " Hz, slower than the log; N is fitted at longer tau, and the noise of one reading is "
-             "N times the square root of the sensor's rate, not of the log's");
+             " Hz, slower than the log; N is fitted at longer tau. The noise of one reading is N "
+             "times the square root of the sensor's rate, not of the log's rate");
   }
   if (even_.irregular()) {
     Warn(Name(),
@@ -223,8 +224,8 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
   if (monitor_.has_temperature() && range[1] - range[0] > 5.0) {
     Warn(Name(),
          "the temperature went from " + Number(range[0]) + " to " + Number(range[1]) +
-             " degC; the bias follows it, which looks like random walk at long tau: hold the "
-             "temperature constant, or wait until the unit is warm");
+             " degC; the bias follows the temperature, which looks like random walk at long tau: "
+             "hold the temperature constant, or wait until the unit is warm");
   }
 }
 
@@ -233,7 +234,8 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
   const AllanFit fit = FitNoises(estimates);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
-  // A negative quantisation stands for a filter and does not hold before the fitted factors.
+  // A negative quantisation stands for a filter. It is set to zero, since it does not hold at
+  // factors before the fitted ones.
   const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (Eigen::Index i = 0; i < estimates.variances.size(); ++i) {
     const double expected = strengths.dot(UnitAllanVariance(estimates.m(i)));
@@ -269,7 +271,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
 Result<WhiteNoise> StreamAnalysis::WhiteOverTheRangeGiven(const AllanEstimates& estimates) const {
   const auto [low_s, high_s] = *options_.white_range_s;
   const double spacing_s = SpacingSeconds();
-  // A limit that is meant as a point of the curve must not miss it by rounding.
+  // If a limit is meant to be a point of the curve, it must not miss the point by rounding.
   const auto index = [&](double m) {
     return std::count_if(
         estimates.factors.begin(), estimates.factors.end(), [&](const AllanFactor& factor) {
@@ -294,7 +296,7 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
           "drifts steadily by about " + Reading(drift, 3) +
               " per second (a rate ramp, slope +1), " +
               Reading(static_cast<double>(monitor_.samples()) * spacing_s * drift, 3) +
-              " over the log; it is excluded from the coefficients, but may hide a lower B");
+              " over the log; the ramp is excluded from the coefficients, but may hide a lower B");
   }
   if (RisesFar(result)) {
     Doubt(axis,
@@ -309,7 +311,7 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
     Doubt(axis,
           "N, B, K and Q fit the curve only from tau = " +
               Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
-              " s; at shorter tau there is a filter, a vibration or another cycle; check the plot "
+              " s; at shorter tau a filter, a vibration or another cycle shows; check the plot "
               "before using N");
   } else if (fit.misfit > 1.0 && result.random_walk) {
     Doubt(axis,
@@ -375,8 +377,8 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
   if (seen.sigma > 2.0 * step && seen.at_extreme >= 5 &&
       200 * seen.at_extreme > monitor_.samples()) {
     Warn(Name(axis),
-         std::to_string(seen.at_extreme) + " readings are " + Reading(seen.extreme, 9) +
-             ", the extreme value; check for clipping");
+         std::to_string(seen.at_extreme) + " readings have the extreme value, " +
+             Reading(seen.extreme, 9) + "; check for clipping");
   }
 }
 

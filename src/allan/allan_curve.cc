@@ -10,9 +10,9 @@ namespace truetriad {
 namespace {
 
 // The largest factor of a level, in strides. Neighbouring second differences of its smallest factor
-// (64 strides) share all but 1/64 of their samples: more of them would add no information.
+// (64 strides) share all but 1/64 of their samples: a finer stride would add no information.
 constexpr std::int64_t kStrides = 128;
-// Sums of a level that are evaluated at a time: 16 kB, half of a first-level cache.
+// Number of a level's sums that are evaluated at a time: 16 kB, half of a first-level cache.
 constexpr std::size_t kBatch = 2048;
 constexpr std::size_t kHistory = 2 * kStrides;  // A second difference spans two factors.
 
@@ -49,7 +49,8 @@ void AllanCurve::Push(std::size_t index, std::span<const double> sums, std::size
 void AllanCurve::Add(std::span<const double> readings) {
   if (readings.empty()) return;
   if (!offset_) {
-    // The median of the first readings: it is one of them, so that sums of whole counts stay exact.
+    // The median of the first readings is itself a reading, so that sums of whole counts stay
+    // exact.
     std::vector<double> first(readings.begin(), readings.end());
     if (first.size() > 1024) first.resize(1024);
     const auto middle = first.begin() + static_cast<std::ptrdiff_t>(first.size() / 2);

@@ -15,9 +15,9 @@ namespace truetriad {
 /// How one averaging factor was evaluated.
 struct AllanFactor {
   std::int64_t m = 1;          ///< Averaging factor, in samples; a multiple of `stride`.
-  std::int64_t stride = 1;     ///< Samples from one second difference to the next.
+  std::int64_t stride = 1;     ///< Number of samples from one second difference to the next.
   std::int64_t terms = 0;      ///< Number of second differences, of all stretches together.
-  std::int64_t stretches = 0;  ///< Number of stretches with a second difference.
+  std::int64_t stretches = 0;  ///< Number of stretches with second differences.
 };
 
 /// The overlapping Allan variance of one axis, streamed in memory that grows with the logarithm of
@@ -25,10 +25,11 @@ struct AllanFactor {
 ///
 ///   sigma^2(m) = mean of (x_{i+2m} - 2 x_{i+m} + x_i)^2 / (2 m^2),   x_i = sum of y_0 … y_{i-1}
 ///
-/// The factors m begin at 1, `per_decade` of them per decade. Level l keeps every 2^l-th sum x in a
-/// short buffer and evaluates the factors of 64 to 128 strides (level 0: up to 128) of 2^l samples,
-/// rounded to whole strides. Second differences less than m/64 apart are nearly equal: skipping
-/// those within a stride costs less than 0.1 % of the degrees of freedom.
+/// The factors m begin at 1; there are `per_decade` per decade. Level l has a stride of 2^l
+/// samples: a short buffer keeps every 2^l-th sum x. The level evaluates the factors of 64 to 128
+/// strides (level 0: all up to 128), rounded to whole strides. Second differences less than m/64
+/// apart are nearly equal: those within a stride are skipped, which costs less than 0.1 % of the
+/// degrees of freedom.
 class AllanCurve {
  public:
   explicit AllanCurve(int per_decade = 10) : per_decade_(per_decade) {}
@@ -42,7 +43,7 @@ class AllanCurve {
   /// at each of them. Call after EndStretch.
   std::vector<AllanFactor> factors() const;
   Eigen::VectorXd variances() const;
-  /// Readings in the longest stretch.
+  /// Number of readings in the longest stretch.
   std::int64_t longest_stretch() const { return longest_; }
 
  private:
@@ -53,9 +54,9 @@ class AllanCurve {
   struct Level {
     Level(std::int64_t stride, int per_decade);
     std::vector<double> sums;
-    std::size_t filled = 0;     ///< Sums in the buffer.
-    std::size_t evaluated = 0;  ///< Sums at its start that were evaluated before.
-    bool next_goes_up = false;  ///< Whether the next sum goes up a level, as every second one.
+    std::size_t filled = 0;     ///< Number of sums in the buffer.
+    std::size_t evaluated = 0;  ///< Number of these that were evaluated.
+    bool next_goes_up = false;  ///< The next sum goes to the next level, as every second does.
     std::vector<Factor> factors;
   };
 

@@ -11,9 +11,9 @@ std::string AllanToYaml(const AllanResult& result) {
   YamlFieldWriter root;
   Fields(root, result);
   return "# Allan deviation with 95 % intervals; coefficients as in IEEE Std 952-1997, annex C. A\n"
-         "# coefficient that is not observable is omitted, as are all of a sensor that is\n# "
-         "not_at_rest. `..._sample`: the same noise in one\n# sample. Points: tau [s], deviation, "
-         "low, high, degrees of freedom, terms averaged.\n" +
+         "# coefficient that is not observable is omitted; a sensor that is not_at_rest has none.\n"
+         "# `..._sample`: the same noise in steps of one sample. Points: tau [s], deviation, low,\n"
+         "# high, degrees of freedom, number of terms averaged.\n" +
          root.text();
 }
 

@@ -15,14 +15,14 @@
 namespace truetriad {
 namespace {
 
-/// With fewer degrees of freedom a deviation's σ exceeds 25 %: it may be the minimum by chance.
+/// With fewer degrees of freedom a deviation's σ exceeds 25 %: it could be the minimum by chance.
 constexpr double kFewestFreedomsOfMinimum = 8.0;
 /// A noise is shown if it is this many sigmas above zero, which chance hardly ever causes; a curve
 /// follows the fit if every point is within as many sigmas. Three would not suffice, since the
 /// estimates at long factors are skewed.
 constexpr double kMostSigmas = 4.0;
 /// A point also follows the fit when it is this close: 6 % of the variance is 3 % of the deviation,
-/// finer than any use of a noise density.
+/// finer than any use of a noise density needs.
 constexpr double kVarianceTolerance = 0.06;
 /// Fewest points of a fit: five strengths leave three degrees of freedom.
 constexpr Eigen::Index kFewestPoints = 8;
@@ -65,7 +65,7 @@ class Problem {
 
   const Basis& basis() const { return basis_; }
 
-  /// Strengths of the terms in `allowed`, reweighted until they settle, within three or four
+  /// Strengths of the terms in `allowed`, reweighted until they settle, which takes three or four
   /// rounds.
   LinearFit Fit(const Used& allowed) const {
     Eigen::VectorXd weights = (relative_.array() * variances_.array().square()).inverse();
@@ -100,7 +100,7 @@ class Problem {
         Used without = allowed;
         without[j] = false;
         const NoiseStrengths null = Fit(without).strengths;
-        if (null.isZero(0.0)) continue;  // The only noise cannot be absent.
+        if (null.isZero(0.0)) continue;  // Without it no noise is left.
         const auto term = static_cast<NoiseTerm>(j);
         const double sigmas = std::max(std::abs(fit.strengths[term]) / Sigma(fit, term, null),
                                        Distances(null).maxCoeff());
@@ -134,7 +134,7 @@ class Problem {
     return (Distances(strengths) / kMostSigmas).min(share / kVarianceTolerance).maxCoeff();
   }
 
-  /// Root of the weighted scatter about the fit over its expectation; 1 if chance explains it.
+  /// Root of the ratio of weighted scatter to expected scatter; 1 if chance explains the scatter.
   double Misfit(const LinearFit& fit) const {
     const Eigen::MatrixXd covariance = covariance_.Matrix(range_.begin, range_.end, fit.strengths);
     const Eigen::VectorXd weights = Deviations(fit.strengths).cwiseAbs2().cwiseInverse();
@@ -151,12 +151,12 @@ class Problem {
   }
 
  private:
-  /// Standard deviations of the estimates under these noises.
+  /// Standard deviations of the estimates if the noises are `strengths`.
   Eigen::VectorXd Deviations(const NoiseStrengths& strengths) const {
     Eigen::VectorXd deviations(variances_.size());
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
-      // A filter's share is inaccurate within its memory: the variance of an estimate is taken as
-      // at least a tenth of that for white noise.
+      // Within a filter's memory the filter's share is inaccurate: an estimate has at least a tenth
+      // of the variance that it has for white noise.
       const double expected = basis_.row(i) * strengths;
       deviations[i] = std::sqrt(std::max(covariance_.Variance(range_.begin + i, strengths),
                                          0.1 * relative_[i] * expected * expected));
@@ -245,8 +245,8 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
     const double sigma = result.misfit * problem.Sigma(fit, term, strengths);
     const double freedoms = FreedomsOf(strength, sigma);
     if (freedoms < kFewestTermFreedoms) continue;
-    // Relative to white noise, quantisation falls as 1 / m: if more than two factors are left out,
-    // a filter is the cause.
+    // Relative to white noise, quantisation falls as 1 / m. If the fit leaves out more than two
+    // factors, a filter is the cause, not quantisation.
     if (term == kQuantisation && range.begin > 0 &&
         (range.begin > 2 || !(strength > kMostSigmas * sigma))) {
       continue;
@@ -268,16 +268,17 @@ FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
   return white;
 }
 
-/// Of the fits over a decade or more that chance explains, the one in which white noise prevails
-/// over most decades, or `whole` if it has more than twice as many. Without this, a cycle of 1.5 s
-/// makes N 1.8 times too large (two of three simulated axes).
+/// Among the fits over a decade or more that chance explains: the one in which white noise prevails
+/// over the most decades. If white noise prevails over more than twice as many in `whole`, `whole`.
+/// Without this, a cycle of 1.5 s makes N 1.8 times too large (two of three simulated axes).
 AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) {
   AllanFit widest = whole;
   double width = whole.follows() && whole.shown[kWhite]
                      ? std::sqrt(Ratio(estimates, WhiteRange(estimates, whole)))
                      : 1.0;
   for (FactorRange range; range.begin < estimates.variances.size(); ++range.begin) {
-    // Each start continues from the end at which the last one failed: earlier ends are narrower.
+    // Each begin continues from the end at which the begin before failed: earlier ends give
+    // narrower ranges.
     for (range.end = std::max(range.end, range.begin + kFewestPoints);
          range.end <= estimates.variances.size();
          ++range.end) {
@@ -351,7 +352,7 @@ bool RisesFar(const AllanAxis& axis) {
 
 Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   const double nu = degrees_of_freedom;
-  // Beyond this the interval is within 0.03 % of the value, and its width is neglected.
+  // Beyond this the interval is within 0.03 % of the value, so that its width is neglected.
   if (!(nu < 1e8)) return {value, value, value};
   return {
       value, value * nu / ChiSquareQuantile(0.975, nu), value * nu / ChiSquareQuantile(0.025, nu)};
@@ -360,8 +361,8 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom) {
 AllanFit FitNoises(const AllanEstimates& estimates) {
   const Eigen::Index end = estimates.variances.size();
   if (end == 0 || !(estimates.variances.minCoeff() > 0.0)) return {};
-  // The fit from the first start at which chance explains it, else at which it is tolerable, else
-  // the best fit.
+  // The fit from the first `begin` at which chance explains it. If there is none: from the first at
+  // which it is tolerable. If there is neither: the best fit.
   const auto is_tolerable = [](const AllanFit& fit) { return fit.follows() && !fit.in_filter; };
   AllanFit best;
   for (Eigen::Index begin = 0;; ++begin) {

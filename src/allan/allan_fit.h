@@ -39,7 +39,7 @@ struct AllanFit {
   FactorRange range;       ///< The factors fitted; the others do not follow the terms.
   bool is_late = false;    ///< `range` begins where no filter and no rounding has any effect.
   bool in_filter = false;  ///< `range` begins in a filter's memory: white noise is undetermined.
-  double misfit = 1.0;     ///< Scatter about the fit over that expected; it widens the intervals.
+  double misfit = 1.0;     ///< Scatter about the fit over the expected one; widens the intervals.
   double worst = 0.0;      ///< Largest distance of a point from the fit, in units of the tolerance.
   bool by_chance = true;   ///< The curve is no further from the terms than chance explains.
 
@@ -52,8 +52,8 @@ struct AllanFit {
 /// cannot be explained without it.
 ///
 /// A filter of any kind reduces the variance of white noise by c/m^2 at factors beyond its memory.
-/// Quantisation may be negative to describe this; the white noise is then that below the filter's
-/// corner. Within its memory no sum describes the curve: the fit starts at the first factor from
+/// A negative quantisation describes this; the white noise is then that below the filter's corner.
+/// Within the filter's memory no sum describes the curve: the fit starts at the first factor from
 /// which on a sum describes all points. Quantisation is stated only if the fit includes the
 /// shortest factors.
 AllanFit FitNoises(const AllanEstimates& estimates);
@@ -62,10 +62,11 @@ struct WhiteNoise {
   std::optional<Interval> strength;
   FactorRange range;  ///< Factors at which white noise prevails; may be empty.
 };
-/// White noise is taken from `whole`, the fit of all factors, if chance explains it. If not, as
-/// with a slow cycle, it is taken from the fit over a decade or more that chance explains and in
-/// which white noise prevails over the widest range, unless `whole` follows the curve and has more
-/// than twice as many decades. Without either, it is fitted to the longest part of slope -1/2.
+/// If chance explains `whole`, the fit of all factors, white noise is taken from it. If not, as
+/// with a slow cycle, white noise is taken from a fit over a decade or more that chance explains:
+/// from the one in which it prevails over the most decades. `whole` is used instead if it follows
+/// the curve and has more than twice as many. If no such fit exists, white noise is fitted to the
+/// longest part of slope -1/2.
 WhiteNoise FindWhite(const AllanEstimates& estimates, const AllanFit& whole);
 
 /// The strength of white noise, fitted alone to the factors of `range`.
@@ -78,6 +79,7 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom);
 Interval Root(const Interval& squared, double factor);
 
 /// Bias instability from the curve's minimum; unset if no point has enough degrees of freedom.
+/// `can_only_fall`: the curve shows no noise that makes it level off or rise.
 std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
                                            bool can_only_fall);
 

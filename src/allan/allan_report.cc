@@ -42,7 +42,7 @@ const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds = {{
      -1.0,
      std::numbers::sqrt3,
      "slope -1, read at √3 s",
-     "Q not visible: no slope -1 at short tau, which is usual for rate readings."},
+     "Q not visible, as usual for rate readings: no slope -1 at short tau."},
 }};
 
 namespace {
@@ -60,7 +60,7 @@ struct Detail {
 std::vector<Detail> DensityInCommonUnits(const AllanTriad& triad, double density_raw) {
   if (triad.unit.is_counts && !triad.si_per_count) return {};
   const double density = triad.si_per_count.value_or(triad.unit.truth_per_raw) * density_raw;
-  const double per_root_hour = std::sqrt(3600.0);  // 1 / √Hz is the root of a second.
+  const double per_root_hour = std::sqrt(3600.0);  // 1 / √Hz is √s.
   switch (triad.triad) {
     case Triad::kGyroscope:
       return {{"angle random walk", density * kDegPerRad * per_root_hour, "deg/√h"}};
@@ -73,7 +73,8 @@ std::vector<Detail> DensityInCommonUnits(const AllanTriad& triad, double density
   return {};
 }
 
-/// The details are the same for every axis, in the same order; only the last may be missing.
+/// A coefficient has the same details for every axis, in the same order; only the last may be
+/// missing.
 std::vector<Detail> DetailsOf(const AllanTriad& triad,
                               const AllanAxis& axis,
                               const AllanCoefficient& coefficient) {
@@ -95,7 +96,7 @@ std::vector<Detail> DetailsOf(const AllanTriad& triad,
   return details;
 }
 
-/// A row for each coefficient and for its interval, with details if an axis shows it.
+/// Per coefficient a row of values and one of intervals, with details if an axis shows it.
 Table TableOf(const AllanTriad& triad) {
   const AllanScale scale = ShownScale(triad);
   Table table{.header = {"", "x", "y", "z", "unit"}, .alignment = "lrrrl", .rows = {}};
@@ -206,8 +207,8 @@ text{fill:#5b6675}.start{text-anchor:start}.middle{text-anchor:middle}.end{text-
 // User units (text is 12 high): a panel, and the space beside and between panels.
 constexpr double kPanelWidth = 330.0, kPanelHeight = 300.0, kLeft = 78.0, kGap = 24.0,
                  kRight = 16.0;
-// Title and legend stand above the first row; a row has a title above its panels, and below them
-// its ticks and a line for each of four coefficients.
+// Title and legend are above the first row of panels. A row has titles above its panels; below, it
+// has ticks and a line of text for each of four coefficients.
 constexpr double kHead = 58.0, kRowTop = 34.0, kRowBottom = 130.0;
 
 void DrawCurve(const std::vector<AllanPoint>& points, double scale, Frame* frame) {
@@ -222,8 +223,8 @@ void DrawCurve(const std::vector<AllanPoint>& points, double scale, Frame* frame
   frame->DrawDots(curve, "dots");
 }
 
-/// How far the line of a coefficient is drawn, in decades of tau: past its mark and the part of the
-/// curve that it explains, as far as it is inside the panel.
+/// The range over which the line of a coefficient is drawn, in decades of tau. It includes the mark
+/// and the part of the curve that the coefficient explains, and is clipped to the panel.
 Range Reach(const AllanCoefficient& coefficient,
             const AllanAxis& axis,
             const Range& tau,
@@ -284,7 +285,7 @@ std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& sca
   Range deviation = curve;
   for (const AllanAxis& axis : triad.axes) {
     for (const AllanCoefficient& coefficient : Coefficients(axis, scale)) {
-      // A mark more than 2.5 decades from the curve would flatten it and stays outside.
+      // A mark more than 2.5 decades from the curve stays outside: it would flatten the curve.
       const double mark = std::log10(coefficient.mark);
       if (mark > curve.low - 2.5 && mark < curve.high + 2.5) deviation.Add(mark);
     }
@@ -439,7 +440,7 @@ VerbReport ReportOf(const AllanResult& result) {
     content.headline = {Grade::kBad,
                         "NOT AT REST: " + moved.front(),
                         TitleOf(result) +
-                            ": no coefficients are stated for sensors that were not at rest; they "
+                            ": sensors that were not at rest have no coefficients, since these "
                             "would describe the motion."};
     for (std::size_t i = 1; i < moved.size(); ++i) {
       content.sections.front().Add(Bullet{"NOT AT REST: " + moved[i]});

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-/// How text, page and plot name and draw a coefficient, whatever its value.
+/// How text, page and plot name a coefficient and draw it.
 struct AllanCoefficientKind {
   char symbol = 'N';
   std::string_view name;        ///< "noise density".
@@ -19,11 +19,11 @@ struct AllanCoefficientKind {
   double slope = 0.0;           ///< The slope of its line in the plot.
   double read_at_s = 0.0;       ///< The tau at which its line is read; unused for B.
   std::string_view line;        ///< "slope -1/2, read at 1 s".
-  std::string_view why_hidden;  ///< A note about an axis that does not show it.
+  std::string_view why_hidden;  ///< A note for axes that do not show it.
 };
 extern const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds;  ///< N, B, K, Q.
 
-/// The unit of text and plot: the recording's, or for counts of known scale a common one.
+/// The unit of text and plot: the recording's; for counts of known scale, the usual one.
 struct AllanScale {
   double shown_per_raw = 1.0;
   std::string unit;  ///< "deg/s", "m/s²", "µT", "counts".
@@ -54,8 +54,8 @@ VerbReport ReportOf(const AllanResult& result);
 Drawing AllanDrawing(const AllanResult& result);
 
 /// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
-/// line of each coefficient (of a triad that was not at rest the marked curve alone), drawn from
-/// and labelled with the numbers of ReportOf. Same input, same bytes.
+/// line of each coefficient (if the triad was not at rest: the marked curve alone), drawn from and
+/// labelled with the numbers of ReportOf. Same input, same bytes.
 std::string AllanSvg(const AllanResult& result);
 
 }  // namespace truetriad

@@ -10,11 +10,12 @@
 namespace truetriad {
 namespace {
 
-/// Factors further apart than this share so little of the spectrum that their estimates are
-/// independent: for white noise the correlation is below 0.03.
+/// If the ratio of two factors is larger, they share so little of the spectrum that their estimates
+/// count as independent: for white noise the correlation is below 0.03.
 constexpr std::int64_t kWidestRatio = 24;
-/// Lags per factor: the covariances are smooth on the scale of the smaller factor. Chosen finer for
-/// the variance of one factor's estimate, which determines its degrees of freedom.
+/// A covariance is evaluated at this many lags per smaller factor, on the scale of which it is
+/// smooth. Chosen finer for the variance of one factor's estimate, which determines its degrees of
+/// freedom.
 constexpr std::int64_t kLagsPerFactor = 8, kLagsPerFactorItself = 16;
 
 /// Calls `add(w_a w_b, b n - a m)` for all a and b.
@@ -51,10 +52,10 @@ double TriangleOverlap(double m, double n) {
   return m / (n * n) - beyond * beyond * beyond / (3.0 * m * m * n * n);
 }
 
-/// Covariance of the mean second differences of factors m <= n in a stretch, over m^2 n^2 and times
-/// the numbers of both second differences at stride 1: that of the reading's change from one end to
-/// the other, each end averaged over a triangle. Flicker to leading order; quantisation has next to
-/// none.
+/// Covariance of the mean second differences of factors m <= n in a stretch, divided by m^2 n^2 and
+/// multiplied by the numbers of both second differences at stride 1. It equals the covariance of
+/// the reading's change from one end to the other, with each end averaged over a triangle. Flicker
+/// is to leading order; quantisation contributes next to nothing.
 NoiseStrengths ChangeOverStretch(double m, double n, double span) {
   return {0.0,
           2.0 * TriangleOverlap(m, n),
@@ -79,7 +80,8 @@ NoiseForm CovarianceForm(const AllanFactor& fine, const AllanFactor& coarse) {
   const std::int64_t lags = fine.m == coarse.m ? kLagsPerFactorItself : kLagsPerFactor;
   const std::int64_t step = std::max<std::int64_t>(fine.m / lags / fine.stride, 1) * fine.stride;
   const double lags_a_step = static_cast<double>(step) / static_cast<double>(fine.stride);
-  // The covariances of white noise and walk end at lag m + n; flicker's falls to 2 % at twice that.
+  // The covariances of white noise and walk end at lag m + n; that of flicker is down to 2 % at
+  // twice this lag.
   for (std::int64_t lag = 0; lag <= 2 * (fine.m + coarse.m); lag += step) {
     const double count = pairs_at(lag);
     if (count <= 0.0) break;

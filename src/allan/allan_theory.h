@@ -33,10 +33,10 @@ NoiseStrengths UnitAllanVariance(double m);
 /// noise, t^2 ln|t| / 2 pi for flicker and (|t|^3 - |t|)/12 for the sampled walk. The covariance of
 /// two means of squares is twice the mean of the squared covariances over all pairs of terms. C.
 /// Greenhall and W. Riley, "Uncertainty of stability variances based on finite differences", PTTI
-/// 2003; the same theory as NIST SP 1065's degrees of freedom, without their approximations, for
-/// mixtures, and also between factors. All stretches are taken as equally long. A ramp R t adds the
-/// constant R m^2 to each d_m. Its product with the mean noise in d_m is random, and this mean
-/// follows from the two ends of a stretch.
+/// 2003; NIST SP 1065 derives degrees of freedom from the same theory, but with approximations, and
+/// neither for mixtures nor between factors. All stretches are assumed to be equally long. A ramp R
+/// t adds the constant R m^2 to each d_m. Its product with the mean noise in d_m is random, and
+/// this mean follows from the two ends of a stretch.
 class AllanCovariance {
  public:
   explicit AllanCovariance(const std::vector<AllanFactor>& factors);
@@ -51,7 +51,8 @@ class AllanCovariance {
                          const NoiseStrengths& strengths) const;
 
  private:
-  /// forms_[i]: of factor i with itself and larger ones; factors far apart count as uncorrelated.
+  /// forms_[i]: factor i with itself and with larger factors; those far apart count as
+  /// uncorrelated.
   std::vector<std::vector<NoiseForm>> forms_;
 };
 

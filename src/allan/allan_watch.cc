@@ -9,16 +9,17 @@
 namespace truetriad {
 namespace {
 
-// 1024 spacings: fifty lie below their 5 % quantile and fifty above their 95 % quantile.
+// 1025 samples have 1024 spacings: fifty below the 5 % quantile and fifty above the 95 % quantile.
 constexpr std::size_t kFirstSamples = 1025;
 /// Chosen: the most missing samples in a row that a straight line fills; only their noise is lost.
 constexpr std::int64_t kMostFilledSteps = 10;
-// Limits over the medians. Windows of 32 samples reach three times the median variance once in
-// 10^8, steps of Gaussian noise seven times their median once in 10^6. Both limits are twice that.
+// Limits of variance and step in a window, over their medians. By chance a window of 32 samples
+// reaches three times the median variance once in 10^8, and a step of Gaussian noise seven times
+// the median step once in 10^6. Both limits are twice these.
 constexpr double kVarianceRatio = 6.0, kStepRatio = 14.0;
-// The limit if the mean wanders by more than the noise within a window, as a random walk does: the
-// variance of a window is then nearly that of one Gaussian number and reaches forty times its
-// median once in 10^10. The limit is twice that.
+// The limit of the variance if the mean wanders by more than the noise within a window, as in a
+// random walk. A window's variance is then distributed nearly as the square of one Gaussian number
+// and reaches forty times its median once in 10^10. The limit is twice as large.
 constexpr double kWanderingVarianceRatio = 80.0;
 
 }  // namespace

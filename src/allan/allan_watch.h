@@ -19,15 +19,16 @@ namespace truetriad {
 
 /// Readings that follow each other at equal spacings.
 struct EvenReadings {
-  std::vector<std::int64_t> end_ns;  ///< The end of each: one spacing after its time stamp.
+  std::vector<std::int64_t> end_ns;  ///< End of each reading: one spacing after its stamp.
   std::array<std::vector<double>, 3> axes;
 };
 
 /// Makes equally spaced readings of a stream: jitter of the time stamps is ignored, a few missing
 /// samples are filled by straight lines, longer gaps end the stretch.
 ///
-/// The spacing is that of the first thousand samples. With time stamps so irregular that missing
-/// samples cannot be distinguished from late ones, nothing is filled and only long gaps count.
+/// The spacing is that of the first thousand samples. If time stamps are so irregular that missing
+/// samples cannot be distinguished from late ones, nothing is filled and only long gaps end a
+/// stretch.
 class EvenStream {
  public:
   /// `add` takes the next readings of a stretch; `end` is called after the last of a stretch.
@@ -35,7 +36,7 @@ class EvenStream {
       : add_(std::move(add)), end_(std::move(end)) {}
 
   void Add(const SampleBlock& block);
-  void Finish();  ///< No more samples come.
+  void Finish();  ///< To be called after the last sample.
 
   /// Spacing of the first samples, ns; known once readings are passed on.
   double typical_ns() const { return typical_ns_; }
@@ -50,14 +51,14 @@ class EvenStream {
  private:
   void Settle();
   void Process();
-  /// Samples missing before held sample i; negative: the stretch ends there.
+  /// Number of samples missing before held sample i; negative: the stretch ends there.
   std::int64_t MissingBefore(std::size_t i) const;
   void Push(double time_ns, const Eigen::Vector3d& reading);
   void HandOver();
 
   std::function<void(const EvenReadings&)> add_;
   std::function<void()> end_;
-  HeldSamples held_;  ///< The last block; the first samples, until the spacing is known.
+  HeldSamples held_;  ///< The first samples until the spacing is known; then the last block.
   EvenReadings even_;
   bool settled_ = false, started_ = false, irregular_ = false;
   double typical_ns_ = 0.0, break_ns_ = 0.0;
@@ -66,8 +67,8 @@ class EvenStream {
   std::int64_t filled_ = 0, breaks_ = 0, intervals_ = 0, span_ns_ = 0;
 };
 
-/// Counts of sizes, eight bins an octave, so that the median of any number of them is known to 5 %
-/// in memory that does not grow.
+/// A histogram of sizes with eight bins per octave: the median of any number of sizes is known to 5
+/// %, in memory that does not grow.
 class SizeHistogram {
  public:
   void Add(double size) { ++bins_[Bin(size)], ++count_; }
@@ -89,7 +90,7 @@ class AxisWatch {
   explicit AxisWatch(std::size_t window) : window_(window) {}
 
   void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
-  /// The next readings do not directly follow the last ones.
+  /// To be called if the next readings do not directly follow the last ones.
   void Break() { filled_ = 0, last_mean_.reset(); }
 
   struct Verdict {
@@ -135,7 +136,7 @@ class AxisWatch {
 class HoldWatch {
  public:
   void Add(const EvenReadings& readings);
-  /// The next readings do not directly follow the last ones.
+  /// To be called if the next readings do not directly follow the last ones.
   void Break() { last_.reset(), is_held_ = false; }
   /// Mean number of samples that a held reading lasts; nullopt: readings are not held.
   std::optional<double> SamplesHeld() const;

@@ -66,7 +66,7 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
     if (!here.empty()) {
       places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
     }
-    // A module that another program has loaded has its data files beside itself.
+    // If another program has loaded this module, the data files are beside the module.
     if (const fs::path module = CodeFolder(); !module.empty() && module != here) {
       places.push_back(module / "share" / "truetriad");
     }

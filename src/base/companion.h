@@ -9,23 +9,24 @@
 
 namespace truetriad {
 
-// The path of a program or module that is installed with this one: in the folder that the
-// environment variable TRUETRIAD_LIBEXEC names, beside the running program (a build tree), or in
-// ../libexec/truetriad from there (an installed tree). Nullopt when there is none.
+// The path of a program or module that is installed with this program. Searches the folder that the
+// environment variable TRUETRIAD_LIBEXEC names, then the folder of the running program (build
+// tree), then ../libexec/truetriad relative to that folder (installed tree). Nullopt if not found.
 //
-// Code that needs large or third-party libraries is a companion, so that the program itself starts
-// quickly and does not link them.
+// Code that needs large or third-party libraries is built as such a companion, so that the program
+// itself starts quickly and does not link these libraries.
 std::optional<std::string> FindCompanion(std::string_view file_name);
 
 // The address of `function` in a companion that is a module. The module is loaded once and kept
-// until the program ends. Error (usage): it is missing or does not load.
+// until the program ends. Error (usage): the module is missing, does not load or lacks the
+// function.
 Result<void*> CompanionFunction(const char* file_name, const char* function);
 
-// The path of a data file that is installed with the program, such as "magnetic/wmm2025.wmm": in
-// the folder that the environment variable TRUETRIAD_SHARE names, or else in share/truetriad beside
-// the running program (a build tree), beside its folder (an installed tree), or beside the module
-// that contains this code (Python). Error (bad input): there is no such file; its message lists the
-// places.
+// The path of a data file that is installed with the program, such as "magnetic/wmm2025.wmm". If
+// the environment variable TRUETRIAD_SHARE names a folder, only that folder is searched. Otherwise
+// share/truetriad is searched beside the running program (build tree), beside the program's folder
+// (installed tree) and beside the module that contains this code (Python). Error (bad input): the
+// file is not found; the message lists the folders searched.
 Result<std::string> FindSharedFile(std::string_view file_name);
 
 }  // namespace truetriad

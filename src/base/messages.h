@@ -11,7 +11,7 @@ namespace truetriad {
 // The messages of a run for its user, in the order in which they arose.
 using Messages = std::vector<std::string>;
 
-// `value` printed by the one conversion of the printf format `format`.
+// Prints `value` by `format`, a printf format with one conversion.
 inline std::string Format(const char* format, double value) {
   char text[256];
   std::snprintf(text, sizeof text, format, value);

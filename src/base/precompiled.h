@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headers that nearly every file includes, precompiled once. No file depends on it: each includes
-// what it uses itself. Eigen's decompositions are left out on purpose, see math/dense.
+// Headers that nearly every file includes; they are precompiled once. No file relies on this one:
+// each file includes what it uses. Eigen's decompositions are left out on purpose, see math/dense.
 #pragma once
 
 #include <algorithm>

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// "`sensors: { accelerometer: { model: full } }`": a line that an experiment accepts, for the
-// remedies of messages. tests/config/remedies_test.cc parses every such line.
+// "`sensors: { accelerometer: { model: full } }`": a line of an experiment, which messages quote as
+// a remedy. tests/config/remedies_test.cc parses every such line.
 inline std::string SensorLine(std::string_view sensor, std::string_view keys) {
   return "`sensors: { " + std::string(sensor) + ": { " + std::string(keys) + " } }`";
 }

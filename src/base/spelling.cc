@@ -7,7 +7,7 @@
 namespace truetriad {
 namespace {
 
-/// Insertions, deletions and substitutions that turn one word into the other (Levenshtein).
+/// The least number of insertions, deletions and substitutions that turn `from` into `to`.
 std::size_t EditDistance(std::string_view from, std::string_view to) {
   std::vector<std::size_t> row(to.size() + 1);
   std::iota(row.begin(), row.end(), 0);
@@ -26,7 +26,7 @@ std::size_t EditDistance(std::string_view from, std::string_view to) {
 }  // namespace
 
 std::string DidYouMean(std::string_view word, const std::vector<std::string_view>& known) {
-  constexpr std::size_t kShortest = 3;  // A shorter prefix, such as "--o", fits too many names.
+  constexpr std::size_t kShortest = 3;  // Letters; a shorter prefix fits too many names.
   for (const std::string_view candidate : known) {
     if (word.find_first_not_of('-') + kShortest <= word.size() && candidate.starts_with(word)) {
       return " (did you mean `" + std::string(candidate) + "`?)";

@@ -18,15 +18,15 @@ bool IsControl(std::uint32_t code) {
   return code < 0x20 || (code >= 0x7F && code < 0xA0) || code == 0x2028 || code == 0x2029;
 }
 
-/// The text of a byte that is not UTF-8, in the form \xFF.
+/// Writes a byte that is not UTF-8 in the form \xFF.
 std::string ByteText(char byte) {
   constexpr std::string_view kHex = "0123456789ABCDEF";
   const auto value = static_cast<unsigned char>(byte);
   return {'\\', 'x', kHex[value >> 4U], kHex[value & 15U]};
 }
 
-/// `text` with each character for which `needs_escape(code)` holds in the form \u001B, and each
-/// byte that is not UTF-8 in the form \xFF.
+/// Copies `text`, but writes characters for which `needs_escape(code)` holds in the form \u001B,
+/// and bytes that are not UTF-8 in the form \xFF.
 template <typename NeedsEscape>
 std::string Escaped(std::string_view text, const NeedsEscape& needs_escape) {
   std::string shown;

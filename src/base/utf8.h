@@ -21,13 +21,13 @@ void AppendUtf8(std::uint32_t code, std::string* to);
 /// Whether all of `text` is well-formed: no overlong form, no surrogate, nothing above U+10FFFF.
 bool IsUtf8(std::string_view text);
 
-/// `text` with each byte that is not UTF-8 in the form \xFF, for formats that must be UTF-8. Two
-/// different names may become equal.
+/// Copies `text`, but writes bytes that are not UTF-8 in the form \xFF, for formats that must be
+/// UTF-8. Two different texts may become equal.
 std::string AsUtf8(std::string_view text);
 
 /// `text` made safe for a terminal, since a file name may contain anything: control characters
-/// (except line breaks and tabs) and those that change the direction of text become \u001B, bytes
-/// that are not UTF-8 become \xFF.
+/// (except line breaks and tabs) and characters that change the direction of text are written in
+/// the form \u001B, bytes that are not UTF-8 in the form \xFF.
 std::string Printable(std::string_view text);
 /// As Printable, in one line: line breaks and tabs are escaped, too.
 std::string PrintableLine(std::string_view text);

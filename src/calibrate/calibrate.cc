@@ -53,7 +53,8 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// The refusal that the poses hold for an enabled sensor, or one for too few poses; else unset.
+// A refusal: that of poses.findings for an enabled sensor, or else one for too few poses; unset if
+// there is none.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Finding& finding : poses.findings) {
     if (finding.IsRefusal() && finding.sensor && options.triads[*finding.sensor].enabled) {
@@ -77,8 +78,8 @@ PoseSet AtOneTemperature(const PoseSet& poses) {
   return PosesAmong(poses, *most);
 }
 
-// Subtracts from the gyroscope's readings by how much each session's median reading at rest differs
-// from the first session's, since a start finds one bias only.
+// Shifts the gyroscope's readings of each session so that their median at rest is that of the first
+// session, since start values have one bias only.
 PoseSet WithOneGyroscopeBias(PoseSet poses) {
   std::vector<PoseSet> rests(poses.sessions.size());
   for (const StaticPose& pose : poses.poses) {
@@ -99,8 +100,8 @@ PoseSet WithOneGyroscopeBias(PoseSet poses) {
   return poses;
 }
 
-// With temperature terms, starts are also found from the poses of one temperature: over all
-// temperatures the readings of a unit that drifts much lie on no ellipsoid.
+// Finds start values. If there are temperature terms, further ones come from the poses of one
+// temperature: if a unit drifts much, its readings over all temperatures lie on no ellipsoid.
 Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (has_gyroscope && options.HasSessionBias(Triad::kGyroscope) && !poses.sessions.empty()) {
@@ -167,7 +168,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
   };
   return has([](const TriadOptions& triad) { return triad.HasAxisTerm(Wanted::kYes); }) &&
-         has([](const TriadOptions& triad) {  // solved for first
+         has([](const TriadOptions& triad) {  // has parameters to solve for without the terms
            return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
          });
 }
@@ -253,7 +254,8 @@ int Settle(const CalibrateOptions& options,
                    ? SettleBentAxes(options, WithStraightAxes(options), noise, graph, log, findings)
                    : SettleNoise(options.robust, noise, graph, log, findings);
   if (SettleField(options, NoiseDof(noise->estimate, *graph), graph)) {
-    // The noise was estimated with the former parameters; the findings about it stay as they were.
+    // The noise was estimated with the field's former sign. It is settled again; its findings stay
+    // as they were.
     Findings known;
     rounds += SettleNoise(options.robust, noise, graph, log, &known);
   }

@@ -13,8 +13,8 @@ namespace truetriad {
 // The calibration as the options state it, before any pose is used.
 Calibration StatedCalibration(const CalibrateOptions& options);
 
-// Calibrate with options that leave nothing to be chosen. `settled` receives the solved graph of
-// poses and its noise, unless null.
+// As Calibrate, for options that leave nothing to be chosen. Unless null, `settled` receives the
+// solved graph of a calibration from poses, and its noise.
 Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                                             const CalibrateOptions& options,
                                             SettledModel* settled);

@@ -21,12 +21,12 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the summed covariance, scaled to unit diagonal, that are a smaller share of the
-// largest are rounding: the gauge fixes or ties their entries.
+// The summed covariance is scaled to unit diagonal. If an eigenvalue is below this share of the
+// largest, it is rounding: the gauge fixes or ties the entries.
 constexpr double kTiedShare = 1e-9;
-// Smaller variances, as a share of the largest of a matrix, are the rounding of a fixed entry.
+// A variance below this share of its group's largest one is the rounding of a fixed entry.
 constexpr double kFixedShare = 1e-20;
-// Differences below this share of the largest entry of a matrix are rounding.
+// A difference below this share of its group's largest entry is rounding.
 constexpr double kRounding = 1e-6;
 
 // Whether the calibration holds every term that its covariance lists.
@@ -141,8 +141,8 @@ std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration&
   return {groups.begin(), groups.end()};
 }
 
-// Whether `name` is a rate term that a and b estimated with different temperatures: that of the
-// sensing element, or that of a thermometer that may lead or lag it.
+// Whether `name` is a rate term that a and b relate to different temperatures: one to that of the
+// sensing element, the other to that of a thermometer, which may lead or lag the element.
 bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const std::string& name) {
   const auto entry = ParameterName::Parse(name);
   if (!entry || !InfoOf(entry->kind).rate) return false;
@@ -156,9 +156,9 @@ bool IsOfAnotherTemperature(const Calibration& a, const Calibration& b, const st
          (one->smoothing_s > 0.0) != (other->smoothing_s > 0.0);
 }
 
-// If the strength of the field was a convention, the magnetometer's gains have no common scale: `a`
-// is scaled to `b`, and the uncertainty of the scale is projected out of both covariances. With S
-// scaled by 1 + e, log det S changes by 3 e; so
+// If the field strength was a convention, the common scale of the magnetometer's gains is unknown:
+// `a` is scaled to `b`, and the uncertainty of the scale is projected out of both covariances. If S
+// is scaled by 1 + e, log det S changes by 3 e; so
 //
 //   x -> x - v (w x)      v = (S, its temperature terms)      w = transpose(S^-1) / 3      w v = 1
 //
@@ -204,7 +204,8 @@ std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
   return std::nullopt;
 }
 
-// The p-value by F instead of χ², with the fewer degrees of freedom of both calibrations' σ.
+// The p-value by F instead of χ², with the degrees of freedom of the σ of that calibration which
+// has fewer.
 double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
   double dof = std::numeric_limits<double>::infinity();
   for (const Calibration* calibration : {&a, &b}) {
@@ -229,7 +230,7 @@ void AddChiSquare(const ComparedValues& in_a,
                   const ComparedValues& in_b,
                   const std::vector<CommonParameter>& common,
                   Comparison* comparison) {
-  // χ² of the difference with the pseudo-inverse of the summed covariances, on unit diagonal.
+  // χ² of the difference, by the pseudo-inverse of the summed covariance scaled to unit diagonal.
   const auto n = static_cast<Eigen::Index>(common.size());
   Eigen::MatrixXd sum(n, n);
   Eigen::VectorXd difference(n);

@@ -21,13 +21,13 @@ struct ComparedValues {
 // All values that the solution's covariance lists, except the reference (gravity and field).
 ComparedValues ValuesInFrame(const PresentedSolution& solution);
 
-// What no rotation of the body frame changes: biases with their temperature terms, higher terms,
-// and of each sensitivity "accelerometer.gram.xy" and so on, the entries of
+// The values that no rotation of the body frame changes: biases with their temperature terms,
+// higher terms, and for each sensitivity, as "accelerometer.gram.xy" and so on, the entries of
 //
 //   G = C^T C      dG = -(G dS C + (G dS C)^T)      C = S^-1
 //
-// A reading r less bias has the squared length r^T G r in true units. Groups that are left out are
-// added to `left_out`.
+// A reading r less bias has the squared length r^T G r in true units. Groups of values that a
+// rotation does change are not compared; they are named in `left_out`.
 ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
                                   std::vector<std::string>* left_out);
 

@@ -54,9 +54,10 @@ double StrengthOf(Triad triad, const ReferenceValues& reference) {
   return 0.0;
 }
 
-// Sums up the errors e of one sensor, each with its own noise N and J times the parameters' errors,
-// for their joint χ²: e^T (N + J Σ J^T)^-1 e. An error that all poses share, such as that of a gain
-// as uncertain as the local gravity, then explains no scatter between them.
+// Sums up the errors e of one sensor for their joint χ², e^T (N + J Σ J^T)^-1 e: N is the
+// covariance of their noise, Σ that of the parameters, and J the derivatives of e by the
+// parameters. A parameter's error, which all poses share, then explains no scatter from pose to
+// pose.
 class JointErrors {
  public:
   void Add(const Eigen::VectorXd& error,
@@ -198,15 +199,15 @@ class ConstantAngle {
   std::vector<double> angles_rad_, predicted_;  // predicted variances, rad^2
 };
 
-// Whether a constant part of the norm error has a meaning: not if the field's strength is not
-// stated, or the bias at the reference is a convention (a sweep without a static calibration).
+// Whether the mean norm error has a meaning. It has none if the field strength is not stated, or if
+// the bias at the reference is a convention (a sweep without a static calibration).
 bool HasReference(const Calibration& calibration, Triad triad) {
   if (triad == Triad::kGyroscope) return true;
   if (triad == Triad::kMagnetometer && !calibration.reference.field_ut) return false;
   return calibration.mode != Mode::kSweep || !calibration.sensors[triad]->bias_sigma.isZero(0.0);
 }
 
-// Takes the mean norm error out of the residuals of one sensor, and out of its sums.
+// Subtracts the mean norm error from the residuals of one sensor, and from its sums.
 void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* sums) {
   double mean = 0.0;
   for (const PoseResidual& residual : *residuals) {

@@ -24,7 +24,8 @@ ThermalState SameOnAllAxes(double degc, double rate_degcps) {
   return {Eigen::Vector3d::Constant(degc), Eigen::Vector3d::Constant(rate_degcps)};
 }
 
-// The sensor's model at the pose. Error (bad input): the pose lacks a temperature that it needs.
+// The sensor's model at the pose. Error (bad input): the model needs a temperature, and the pose
+// has none.
 Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
                              const StaticPose& pose,
                              const ThermalState* felt,
@@ -33,7 +34,7 @@ Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
     return Error(ErrorCode::kMissingTemperature,
                  {source},
                  "pose " + std::to_string(pose.number) +
-                     " has no temperature, but the calibration depends on it; give a recording "
+                     " has no temperature, but the calibration needs one; give a recording "
                      "with a temperature column");
   }
   if (felt != nullptr) return ModelAtTemperatureOf(sensor, *felt);
@@ -61,7 +62,7 @@ Eigen::Matrix3Xd TurnByParameters(const NamedCovariance& covariance,
   return derivative;
 }
 
-// The gyroscope at the mean temperature of the poses at both ends.
+// The gyroscope during a turn, at the mean temperature of the poses before and after it.
 ModelAtPose ModelBetween(const TriadCalibration& sensor,
                          const StaticPose& first,
                          const StaticPose& second) {
@@ -131,8 +132,8 @@ Result<std::vector<ThermalState>> FeltAtPoses(const TriadCalibration& sensor,
   if (track.empty()) {
     return Error(ErrorCode::kDoesNotMatch,
                  {poses.source},
-                 "the calibration follows the temperature with a lag, and rests alone do "
-                 "not show the temperature before them; evaluate it with "
+                 "the calibration depends on earlier temperatures (lag), which rests alone "
+                 "do not record; evaluate it with "
                  "`--poses=sweep` on a recording in one attitude");
   }
   TemperatureFilter filter(*sensor.thermal);

@@ -17,11 +17,12 @@
 
 namespace truetriad {
 
-// Good calibrations are called worse than predicted, and equal ones different, once in a thousand.
+// Probability that a good calibration counts as worse than predicted, or that two equally good ones
+// count as different.
 inline constexpr double kByChance = 1e-3;
 
-// A sensor's model at some temperature, clamped to the calibrated range, and what the factors of
-// its terms depend on.
+// A sensor's model at a temperature that is clamped to the calibrated range, and the quantities on
+// which the factors of its terms depend.
 struct ModelAtPose {
   TriadModel<double> model;
   Eigen::Vector3d tau_degc = Eigen::Vector3d::Zero();  // above the reference, of each axis
@@ -34,7 +35,8 @@ struct ModelAtPose {
 };
 ModelAtPose ModelAtTemperatureOf(const TriadCalibration& sensor, const ThermalState& state);
 
-// The names of a covariance's parameters that are of a triad; unset for those of others.
+// The names of a covariance's parameters, in their order; unset for parameters that are not of the
+// triad.
 using NamesOfTriad = std::vector<std::optional<ParameterName>>;
 NamesOfTriad NamesOf(const NamedCovariance& covariance, Triad triad);
 
@@ -77,10 +79,10 @@ Result<std::optional<EvaluatedReading>> EvaluateReading(
 // The RMS of at least one error.
 double RootMeanSquareOf(const std::vector<double>& errors);
 
-// Predicts gravity at each next rest by the turn into it; in a calibration without accelerometer
-// the field. `vectors`: the calibrated accelerometer, or magnetometer, at each pose of `poses`.
-// `left_out`: numbers of the poses into which turns are left out. Unset without a gyroscope, or
-// without a turn between two poses that have such vectors.
+// Predicts gravity at each next rest by the turn into it. Without an accelerometer in the
+// calibration, the field is predicted. `vectors`: the calibrated accelerometer, or magnetometer, at
+// each pose of `poses`. `left_out`: numbers of the poses into which turns are left out. Unset
+// without a gyroscope, or without a turn between two poses that have such vectors.
 //
 // An error lies in the plane across gravity. Its predicted variance sums the noise of both
 // accelerometer means and of the gyroscope's readings, the excess of turns, and the parameters of

@@ -27,8 +27,9 @@ PoseProblem::~PoseProblem() = default;
 Result<PoseProblem> PoseProblem::Create(const PoseSet& poses, const CalibrateOptions& options) {
   TRUETRIAD_RETURN_IF_ERROR(options.Validate());
   if (options.motion || options.sweep || options.HasChoice() || options.initialise.only) {
-    return Error(ErrorCode::kNotEnoughData,
-                 "only a calibration from rests, with every model stated, is a problem of poses");
+    return Error(
+        ErrorCode::kNotEnoughData,
+        "a PoseProblem needs rests, a stated model without `auto`, and more than start values");
   }
   SettledModel settled;
   const auto summary = CalibrateSettled(poses, options, &settled);

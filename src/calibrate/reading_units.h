@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-// `sensor` with readings in another unit, `reading_per_raw` of which are one raw unit, and results
-// in a unit `result_per_truth` of which are one true unit.
+// `sensor` for readings and results in other units: `reading_per_raw` new units are one raw unit,
+// and `result_per_truth` new units are one true unit.
 TriadCalibration InUnits(const TriadCalibration& sensor,
                          double reading_per_raw,
                          double result_per_truth);
@@ -22,8 +22,8 @@ void ScaleCovariance(Triad triad,
                      double result_per_truth,
                      NamedCovariance* covariance);
 
-// Restates `calibration` for readings of `triad` in `unit`, a count of which is `si_per_count` true
-// units. Error (bad input): as ReadingPerRaw.
+// Restates `calibration` for readings of `triad` in `unit`. If `unit` is counts, a count is
+// `si_per_count` true units. Error (bad input): as ReadingPerRaw.
 Status TakeReadingsIn(Triad triad,
                       const Unit& unit,
                       const std::optional<double>& si_per_count,

@@ -16,7 +16,7 @@ namespace {
 
 using Errors = std::vector<double>;
 
-// σ of gravity anywhere, from 9.78 at the equator to 9.83 at the poles, m/s^2.
+// σ of gravity at an unknown place, m/s^2: it is 9.78 at the equator and 9.83 at the poles.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 bool IsImported(const Calibration& calibration) {
@@ -79,7 +79,7 @@ void Add(std::string_view name,
 std::vector<ErrorOfTwo> ErrorsOf(const EvaluationSummary& a,
                                  const EvaluationSummary& b,
                                  double gravity_sigma_mps2) {
-  // 1000 mm/m; without a σ of the field, no difference of the field's length decides.
+  // 1000 mm/m. The place's field is unknown, so that no difference of the field's length decides.
   constexpr double kMillimetres = 1e3, kUndecided = std::numeric_limits<double>::infinity();
   std::vector<ErrorOfTwo> errors;
   const auto add_lengths = [&](Triad triad,

@@ -24,11 +24,11 @@
 namespace truetriad {
 namespace {
 
-// A dip is suspect if it is pulled from its stated value by this many σ of that pull. Chosen low: a
-// contradiction has inflated the noise that this σ comes from, so a larger limit would hide it.
+// A dip is suspect if readings pull it from its stated value by this many σ of the pull. Chosen
+// low: a contradiction inflates the noise and this σ, and a larger limit would hide it.
 constexpr double kSuspectSigmas = 1.5;
 
-// A stated dip may pull the estimated one by this many σ of the dip from the readings alone.
+// A stated dip may pull the estimated dip by this many σ of the dip that the readings alone give.
 constexpr double kPulledSigmas = 3.0;
 
 double VarianceAt(int index, const PoseGraph& graph, const SharedInformation& known) {
@@ -41,7 +41,7 @@ SharedInformation KnownOf(const PoseGraph& graph) {
   return {graph.layout, graph.shared, linearised.information(), linearised.gradient()};
 }
 
-// Whether the dip needs a test: it is stated as exact, or is too far `off` its stated value.
+// Whether the dip needs a test: it is stated as exact, or the solution is too far from it.
 bool IsSuspect(const Knowledge& dip, int dip_at, const PoseGraph& solved) {
   if (!(dip.sigma > 0.0)) return true;
   const double left = VarianceAt(dip_at, solved, KnownOf(solved)) / (dip.sigma * dip.sigma);
@@ -90,11 +90,12 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
       .With("sigmas", std::sqrt(chi2));
 }
 
-// Chosen: nearer alignments are the solution itself; the closed form weighs all poses alike.
+// Chosen: a nearer alignment is the solution itself, since the closed form weighs all poses alike.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
 // Chosen: solved alignments that are nearer than this are one.
 constexpr double kSameRad = 0.5 * kRadPerDeg;
-// RMS of a cosine, 6 deg at right angles: fields whose angle scatters by more are not constant.
+// Largest RMS of the cosine of the angle to gravity, 6 deg if it is a right angle: if the cosine
+// scatters by more, the field is not constant.
 constexpr double kExplainedRms = 0.1;
 // With this number of poses, in whatever attitudes, one of several alignments stands out.
 constexpr std::size_t kEnoughPairs = 8;
@@ -148,7 +149,7 @@ double AngleOf(const Eigen::Matrix3d& turn) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
 }
 
-// Other minima of the closed form: orthogonal matrices, of either handedness, that turn the field.
+// Other minima of the closed form: rotations or reflections of the field in the solution.
 std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
   const bool is_dip_free = solved.layout.IsFree(solved.layout.reference + kDip);
   std::vector<FrameAlignment> all;
@@ -168,8 +169,9 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, &pairs.cosine);
     add(-1, &pairs.cosine);
   }
-  // Alignments are not solved if their RMS is 1.1 deg beyond 3 times that of the solution, which is
-  // fitted, or of noise. Chosen wide, since only the cost of the solved alignment decides.
+  // An alignment is not solved if its RMS exceeds three times that of the solution (or of noise, if
+  // larger, since the solution is fitted) by 1.1 deg. Chosen wide, since only the cost of the
+  // solved alignment decides.
   constexpr double kHopeless = 0.02;
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||

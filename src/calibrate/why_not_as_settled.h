@@ -18,7 +18,7 @@ namespace truetriad {
 //   Another alignment of accelerometer and magnetometer explains the poses as well: if few poses
 //   have both sensors, the constant angle between gravity and field has several solutions, each
 //   locally determined. Turns or given attitudes determine the alignment. Or no alignment explains
-//   the poses.
+//   them: the angle is not constant.
 std::optional<Finding> WhyNotAsSettled(const CalibrateOptions& options,
                                        const NoiseState& noise,
                                        const PoseGraph& solved);

@@ -29,18 +29,18 @@ namespace {
 // Significance level of the likelihood ratio: by it alone 1 % of nonexistent terms would stay.
 constexpr double kLevel = 0.01;
 // A term with a smaller p-value stays whatever BIC and held-out error say: if it were removed, the
-// verdict would find it in the residuals and warn or refuse. Not a temperature term: poses of one
-// temperature share an error, which makes its p-value too small.
+// verdict would find it in the residuals and warn or refuse. This does not hold for temperature
+// terms: poses of one temperature share an error, which makes their p-values too small.
 constexpr double kShownLevel = 1e-3;
 // Higher terms are tested only if they leave at least this many residual degrees of freedom, and
-// nothing is tested if the matrices alone leave fewer. With fewer hardly any ratio exceeds chance,
-// and too small a model has an error that no σ shows, while too large a one has large σ.
+// nothing is tested if the matrices alone leave fewer. With fewer, hardly any ratio exceeds chance,
+// and too small a model would be chosen: no σ shows its error, while too large a model has large σ.
 constexpr double kLeastDof = 10.0;
 // Far more steps than there are terms: the limit ends a choice that repeats itself.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// One solution with the noise and the weights of the largest model.
+// The solution of one candidate, with the noise and the weights of the largest model.
 struct Fit {
   PoseGraph graph;
   double chi2 = kInfinity;
@@ -148,8 +148,8 @@ class Candidates {
       const double noise = std::max(scatter.ratio, 1.0);
       return std::max(p, 1.0 - FisherCdf(ratio / count / noise, count, scatter.dof));
     }
-    // Poses of one temperature determine a sensitivity; an error that they share moves it as far as
-    // they are not spread evenly. Degrees of freedom after Satterthwaite 1946.
+    // Poses of one temperature determine a sensitivity. An error that they share changes it only to
+    // the extent that they are not evenly distributed. Degrees of freedom after Satterthwaite 1946.
     const Eigen::MatrixXd drift =
         TransposedCongruence(tested, DriftOf(larger->graph, system, triad, scatter.variance_raw));
     const PivotedCholesky own(TransposedCongruence(tested, system.covariance()));
@@ -199,8 +199,8 @@ ModelAlternative Described(const std::string& description,
   return alternative;
 }
 
-// One step: removes the least significant term, else adds the most significant one. Unset if
-// neither is warranted.
+// One step: of the terms that are not worth their parameters, removes the least significant one; if
+// there is none, adds the most significant of those that are worth theirs. Unset if neither exists.
 std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Candidates* candidates,
                                         Choice* choice) {
@@ -247,8 +247,8 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
   return alternatives;
 }
 
-// Whether the smaller model has a significantly larger χ², though the larger one leaves few degrees
-// of freedom: F of the added χ² per term over the larger model's reduced χ².
+// Whether the smaller model's χ² is significantly larger, by F: the increase per removed term over
+// the larger model's reduced χ². F allows for few degrees of freedom of the larger model.
 bool IsFarWorse(const Quality& smaller, const Quality& larger) {
   // At this level a nonexistent term is kept once in a thousand.
   constexpr double kFarLevel = 1e-3;

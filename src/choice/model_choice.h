@@ -25,15 +25,14 @@ using CalibrateOnce =
 
 // Chooses the parts of the model that `options` leave open, and calibrates with them.
 //
-// Models are nested: the matrix of a triad from bias over diagonal and symmetric to full (for the
-// leading triad in a free frame symmetric is full in another gauge), a matrix in temperature from
-// one factor for all gains over one per axis to full, polynomials in temperature from order 0 to
-// the highest that poses at this number of `temperatures` can test, and each higher term and rate
-// term is present or not. The largest model that the poses determine is calibrated first; every
-// candidate has that model's weights and noise, so that candidates differ only in their terms. From
-// there terms are removed, the least significant first. A term stays if its likelihood ratio is
-// significant at 0.1 % (unless it depends on temperature), else only if it meets all three
-// criteria:
+// Models are nested. The matrix of a triad is bias, diagonal, symmetric or full; for the leading
+// triad in a free frame, symmetric is full in another gauge. A matrix in temperature has one factor
+// for all gains, one for each axis, or is full. A polynomial in temperature has an order from 0 to
+// the highest that poses at this number of `temperatures` can test. Each higher term and rate term
+// is present or not. The largest model that the poses determine is calibrated first. All candidates
+// have its weights and noise, so that they differ only in their terms. Terms are then removed, the
+// least significant first. A term that does not depend on temperature stays if its likelihood ratio
+// is significant at 0.1 %. Any other term stays only if it meets all three criteria:
 //
 //   likelihood ratio   it lowers -2 log L by more than chance: F after Kenward and Roger 1997 if
 //                      the noise was estimated, else χ², at 1 %; for a bias in temperature F
@@ -47,9 +46,10 @@ using CalibrateOnce =
 // most some dozens of solutions, each of which starts at the larger model's optimum, and is
 // reproducible.
 //
-// The summary holds the alternatives, its options the chosen model. If no model is determined, the
-// summary is that of the smallest one that was tried; if the poses leave too few degrees of freedom
-// for a test, that of the largest matrices they determine, with a finding about it.
+// The summary lists the alternatives; its options are those of the chosen model. If the poses
+// determine no model, the summary is that of the smallest model tried. If they leave too few
+// degrees of freedom for a test, it is that of the largest matrices that they determine, with a
+// finding.
 Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
                                                int temperatures,
                                                const CalibrateOnce& calibrate);

@@ -12,8 +12,8 @@ namespace {
 std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
   std::vector<MatrixModel> models;
-  // Six faces define the body frame only as well as they are level: residuals never show a rotation
-  // of all sensors against it, and a smaller model would omit it, with its σ, from all matrices.
+  // Six faces define the body frame only as well as they are level. Residuals never show a rotation
+  // of all sensors relative to them: a smaller model would leave that rotation, and its σ, out.
   const bool is_frame_told = wanted.attitudes.kind != AttitudeKind::kSixFace;
   if (!sensor.fixed_sensitivity && is_frame_told) {
     if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
@@ -209,7 +209,7 @@ bool OpenModels::Shrink(bool keep_matrices, Choice* choice) const {
   const CalibrateOptions options = OptionsOf(*choice);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if ((*choice)[i] == 0 || (keep_matrices && parts_[i].kind == PartKind::kMatrix)) continue;
-    // Orders beyond the first shrink before the shape.
+    // The order shrinks to 1 before the shape shrinks.
     const ThermalOptions& thermal = options.triads[parts_[i].triad].thermal;
     if (parts_[i].kind == PartKind::kThermalShape && thermal.matrix_order != 1 &&
         wanted_.triads[parts_[i].triad].thermal.matrix_order_auto) {

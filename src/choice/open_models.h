@@ -24,7 +24,7 @@ enum class PartKind {
   kThermalTerm,  // of the temperature's rate, present or not
   kBiasOrder,    // order of the bias as a polynomial in temperature
   kMatrixOrder,
-  kThermalShape,  // of the matrix in temperature, if that has an order
+  kThermalShape,  // of the matrix in temperature, if its order is not 0
 };
 
 // A part of a triad's model that is open: each of its levels contains the one before.
@@ -43,7 +43,7 @@ struct Neighbour {
   std::string description;
   bool is_larger = false;
   std::optional<Triad> thermal_triad;  // set if the step is in a triad's temperature terms
-  bool is_of_bias = false;             // and in those of its bias
+  bool is_of_bias = false;             // whether these are terms of the bias
 };
 
 // The models that options leave open, for poses at `temperatures` different temperatures.
@@ -59,15 +59,16 @@ class OpenModels {
   // The options with every open part at its chosen level.
   CalibrateOptions OptionsOf(const Choice& choice) const;
 
-  // "accelerometer full; gyroscope full, g-sensitivity": what was open, as it was chosen.
+  // The open parts as they were chosen: "accelerometer full; gyroscope full, g-sensitivity".
   std::string DescriptionOf(const Choice& choice) const;
 
   std::vector<Neighbour> NeighboursOf(const Choice& choice) const;
 
-  // Lowers one part that the poses may not determine by one level. False if no part can be lowered.
+  // Lowers one part by one level, the part that poses are the likeliest not to determine. With
+  // `keep_matrices`, matrices are not lowered. False if no part can be lowered.
   bool Shrink(bool keep_matrices, Choice* choice) const;
 
-  // The next larger level of each part beyond the choice: "gyroscope T'".
+  // What the choice lacks, by the next larger level of each part: "gyroscope T'".
   std::string Missing(const Choice& choice) const;
 
  private:

@@ -12,7 +12,8 @@
 
 namespace truetriad {
 
-/// Where each key is stated, by its full name: "file:line", or the override; empty: nowhere.
+/// From the full name of a key to the place that states it: "file:line" or an override; empty:
+/// none.
 using Places = std::map<std::string, std::string>;
 
 /// A file that a user writes and the overrides (`--set=key.sub=value`, the value in YAML flow
@@ -29,7 +30,7 @@ class Documents {
   /// to a YAML::Node changes all nodes that share its data.
   void PutBelow(const YamlReader& base) { documents_.push_front(base); }
 
-  /// Where each key is stated; if several documents state it, in the last of them.
+  /// Where each key is stated; if several documents state a key, the place in the last of them.
   Places AllPlaces() const;
 
   /// Adds the errors of all documents, except errors of a file about keys that an override
@@ -44,15 +45,15 @@ class Documents {
 /// Whether a place, or the file name of a document, is that of an override.
 bool IsOverride(std::string_view place);
 
-/// Whether the document is an override of this key itself, not of one below it.
+/// Whether the document is an override of this key itself, not of a key below it.
 bool IsOverrideOf(const YamlReader& document, std::string_view key);
 
 /// Adds the places of all keys below `reader` and of the items of lists (`motion[1]`), with
 /// `prefix` in front of their names.
 void CollectPlaces(YamlReader reader, const std::string& prefix, Places* places);
 
-/// The place of the longest leading part of `key` that has one: of a.b.c, else of a.b, else of a.
-/// Empty if none has one.
+/// The place of `key`, such as a.b.c; if it has none, the place of a.b, or else of a. Empty if none
+/// of them has a place.
 std::string PlaceOf(std::string key, const Places& places);
 
 /// `path`, which `file` states, with the folder of `file` in front; an empty path stays empty.

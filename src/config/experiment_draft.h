@@ -13,7 +13,7 @@ namespace truetriad {
 /// What `earth_rate` states, in degrees.
 struct StatedEarthRate {
   std::optional<double> latitude;     ///< Unset: the latitude of `position`.
-  std::optional<double> declination;  ///< Unset: as the Earth's field at `position`, else zero.
+  std::optional<double> declination;  ///< Unset: of the field at `position`; zero if unknown.
 };
 
 /// A stated mounting such as `+y+x-z`; for `any` it has no map.
@@ -21,8 +21,8 @@ struct StatedMounting {
   std::optional<Eigen::Matrix3d> map;
 };
 
-/// What the documents read so far state. Each document (preset, experiment, override) is read after
-/// those before it and changes only the keys that it has.
+/// What the documents read so far state. Documents (presets, experiment, overrides) are read in
+/// turn; each changes only the keys that it has.
 struct ExperimentDraft {
   Experiment experiment;  ///< File names are as written, not yet relative to a folder.
   PerTriad<std::optional<StatedMounting>> mounting;
@@ -47,10 +47,11 @@ void LeaveOut(Triad triad, CalibrateOptions* options);
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
-/// Reads the limits of a preset, which are judged only if a calibration has the limited value.
+/// Reads the limits of a preset. Such a limit is judged only if a calibration has the limited
+/// value.
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 
-/// An error at the line of a key; if no line has the key, in the experiment as a whole.
+/// An error at the place that states `key`; if there is none, at the experiment as a whole.
 Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,

@@ -79,7 +79,8 @@ bool ReadAs(Axes, YamlReader reader, StatedMounting* stated) {
   stated->map = AxisMapFromName(name);
   if (stated->map || name == "any") return true;
   reader.Fail(
-      "expected the body axes of sensing x, y, z, such as +y+x-z, a rotation by multiples of 90 "
+      "expected the body axes of the sensing axes x, y, z, such as +y+x-z, a rotation by multiples "
+      "of 90 "
       "degrees, such as ROTATION_YAW_90, or any, but `" +
       name + "` is none of them");
   return false;
@@ -101,7 +102,7 @@ bool ReadAs(Strict, YamlReader reader, std::optional<double>* shift_sigmas) {
   return bool(reader);
 }
 
-// A limit: a number, which means ±, or { lower, target, upper }.
+// A limit: a number x, which means from -x to x, or { lower, target, upper }.
 template <typename Visit>
 void LimitFields(Visit& visit, Limit& limit) {
   if (visit.Shows(std::isfinite(limit.lower))) visit("lower", limit.lower, kAnyNumber);
@@ -128,7 +129,7 @@ void ReadLimit(YamlReader reader, const std::string& name, LimitOptions* options
   options->limits[name] = limit;
 }
 
-// Limits are nested or not: `accelerometer.bias: 0.5`, or `accelerometer: { bias: 0.5 }`.
+// Limits may be nested: `accelerometer.bias: 0.5` equals `accelerometer: { bias: 0.5 }`.
 void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* options) {
   for (const std::string& key : reader.Keys()) {
     if (path.empty() && (key == "decision" || key == "preset")) continue;
@@ -147,7 +148,7 @@ void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* 
 template <typename Visit>
 void LimitsFields(Visit& visit, LimitOptions& options) {
   if constexpr (Visit::kReads) {
-    visit.Has("preset");  // It has been read before all documents.
+    visit.Has("preset");  // The preset has been read before all documents.
     ReadLimitsBelow(visit.map(), "", &options);
   } else {
     for (auto& [name, limit] : options.limits) {
@@ -185,7 +186,7 @@ void PositionFields(Visit& visit, SitePosition& site, const Places& given) {
   visit("date", site.date, Date());
 }
 
-/// Whether an override states a key of the reference; it then takes precedence over files.
+/// Whether an override states a key of the reference; such a key takes precedence over files.
 bool IsOverridden(const std::string& key, const ExperimentDraft& draft) {
   return IsOverride(PlaceOf("reference." + key, draft.given));
 }
@@ -221,14 +222,14 @@ void ReferenceFields(Visit& visit, ExperimentDraft& draft) {
     SitePosition site = experiment.position.value_or(SitePosition());
     PositionFields(in, site, draft.given);
     experiment.position = site;
-    // Gravity that an earlier document states belongs to no position, or to another one.
+    // Gravity that an earlier document states belongs to no or another position: it is dropped.
     if (Visit::kReads && !visit.Has("gravity_mps2") && !IsOverridden("gravity_mps2", draft)) {
       draft.gravity_mps2 = {};
     }
   };
   visit.Map("position", position, {.is_there = experiment.position.has_value()});
   visit.Map("field", [&](auto& field) { FieldFields(field, draft); });
-  // A static calibration has its own temperature, which a default would contradict when read back.
+  // A static calibration has its own temperature; a default written here would contradict it.
   if (visit.Shows(experiment.static_file.empty() || experiment.reference_given)) {
     visit("temperature_degc", experiment.options.reference.temperature_degc, kTemperatureDegc);
   }
@@ -245,7 +246,7 @@ void ReferenceFields(Visit& visit, ExperimentDraft& draft) {
                        {"position", false, [&] { draft.earth_rate.emplace(); }}}});
 }
 
-/// Windows, whose length is in seconds or in samples, and the file with the attitudes' intervals.
+/// Fields of a sweep: the length of a window in seconds or samples, and the file of attitudes.
 template <typename Visit>
 void SweepFields(Visit& visit, PosesConfig& poses) {
   SweepWindows& windows = poses.sweep;
@@ -260,7 +261,7 @@ void SweepFields(Visit& visit, PosesConfig& poses) {
                "window_s and window_samples exclude each other; keep one");
 }
 
-/// Resets how poses are found: a new statement replaces all of an earlier one.
+/// Resets how poses are found, since a new statement replaces all of an earlier one.
 void Renew(PosesConfig* poses) {
   const PosesConfig fresh;
   poses->given = true;
@@ -465,7 +466,7 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
       is_enabled |= sensors.Has(TriadName(triad));
       sensors.Map(TriadName(triad),
                   [&](auto& sensor) {
-                    sensor.Has("preset");  // It has been read before all documents.
+                    sensor.Has("preset");  // The preset has been read before all documents.
                     SensorFields(sensor, triad, draft, chosen);
                   },
                   {.is_there = is_enabled});
@@ -480,7 +481,7 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
 }
 
 /// An override of all sensors, `--set=sensors={magnetometer: {}}`, removes what earlier documents
-/// state about the other sensors.
+/// state about sensors that it does not name.
 void KeepSensors(YamlReader sensors, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     if (sensors.Child(TriadName(triad))) continue;

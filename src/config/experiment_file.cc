@@ -25,7 +25,7 @@ namespace {
 
 using Draft = ExperimentDraft;
 
-/// The experiment in the file `path`, or the one that the calibration in that file was made by.
+/// The experiment in the file `path`; if that file is a calibration, the experiment inside it.
 Result<YamlReader> OpenExperiment(const std::string& path) {
   Result<YamlReader> root = YamlReader::FromFile(path);
   if (!root || !root->Child("format")) return root;
@@ -52,9 +52,9 @@ void ReadPreset(const std::string& file,
   errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
 }
 
-/// The limits of a preset that remain beside the experiment's own. The experiment's limit of all
-/// components replaces the preset's of every component, its limit of one component only that one.
-/// `own`: full names of the experiment's keys.
+/// The limits of a preset that the experiment does not replace. If the experiment limits all
+/// components, this replaces the preset's limit of every component. If it limits one component,
+/// this replaces the limit of that component only. `own`: full names of the experiment's keys.
 std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& preset,
                                           const Places& own) {
   // A map with limits of single components states no limit of all components.
@@ -261,7 +261,7 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
   }
   const bool is_turned = recorded[Triad::kAccelerometer] || recorded[Triad::kMagnetometer];
   if (changed.options.motion && !(recorded[Triad::kGyroscope] && is_turned)) {
-    // Fits to motion need turns and gravity or field; without them there may still be rests.
+    // Fits to motion need the gyroscope and gravity or field; without them, rests are detected.
     changed.options.motion.reset();
     changed.poses.kind = PoseSelectionKind::kDetect;
   }

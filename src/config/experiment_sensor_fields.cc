@@ -18,7 +18,7 @@ const auto kModels = Named(MatrixModelName,
                            MatrixModel::kSymmetric,
                            MatrixModel::kFull,
                            MatrixModel::kAuto);
-/// The values of terms beyond bias and sensitivity.
+/// Whether a term beyond bias and sensitivity is estimated.
 const auto kWantedTerms = Named(WantedName, Wanted::kNo, Wanted::kYes, Wanted::kAuto);
 const auto kNoiseSources = Named(NoiseSourceName, NoiseSource::kConfig, NoiseSource::kDatasheet);
 const auto kThermalMatrices =
@@ -49,7 +49,7 @@ void NoiseFields(Visit& visit, TriadOptions& options, std::string& allan_file) {
   const bool says_allan = visit.Has("allan"), says_sigma = visit.Has("sigma");
   visit.Expect(
       !(says_allan && says_sigma), "sigma and allan exclude each other; keep one", "allan");
-  // Sigma or allan in one document replaces both of earlier documents.
+  // If a document states sigma or allan, this replaces both of earlier documents.
   if (says_sigma) allan_file.clear();
   if (says_allan) options.noise_sigma_raw.reset();
   visit("allan", allan_file, kFile);
@@ -77,7 +77,8 @@ void PriorFields(Visit& visit, TriadPrior& prior) {
   visit("sensitivity_sigma", prior.sensitivity_sigma, kSigmas);
 }
 
-/// Reads into the value of earlier documents (`before`), if they state one.
+/// If earlier documents state the nonlinearity (`before`), a document may change only one part of
+/// it.
 template <typename Visit>
 void NonlinearityFields(Visit& visit,
                         Triad triad,

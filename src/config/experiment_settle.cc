@@ -20,7 +20,7 @@ Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   return {*stated.value * unit, stated.sigma.value_or(0.0) * unit};
 }
 
-// σ of gravity at an unknown place: 9.78 m/s^2 at the equator, 9.83 at the poles, less with height.
+// σ of gravity at an unknown place: 9.78 m/s^2 at the equator, 9.83 at the poles, less at altitude.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 void SettleGravity(Draft* draft) {
@@ -52,7 +52,7 @@ void FindEarthField(Experiment* experiment) {
                                  std::string(position.longitude_deg  ? "date"
                                              : position.date.empty() ? "longitude_deg and no date"
                                                                      : "longitude_deg") +
-                                 "; give both";
+                                 "; state longitude_deg and date";
     return;
   }
   const Result<double> year = DecimalYear(position.date);
@@ -259,8 +259,8 @@ std::vector<Rule> PoseRules(const Draft& draft) {
   return {
       {has_motions && !options.triads[Triad::kGyroscope].enabled,
        motions,
-       "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:` or "
-       "remove them"},
+       "turns: and rates: need the gyroscope, which is not enabled; list it under `sensors:`, or "
+       "remove these keys"},
       {(is_motion || is_sweep) && !experiment.exclude_poses.empty(),
        "exclude_poses",
        "applies only to numbered poses, which motion and sweeps lack; exclude times with "
@@ -271,16 +271,18 @@ std::vector<Rule> PoseRules(const Draft& draft) {
        "it"},
       {is_motion && has_motions,
        motions,
-       "turns: and rates: need rests and cannot be combined with `poses: { motion: {} }`; "
-       "remove one of them"},
+       "turns: and rates: need rests and cannot be combined with `poses: { motion: {} }`; remove "
+       "these keys or the motion"},
       {!is_sweep && !experiment.static_file.empty(),
        "static",
        "applies only to `poses: { sweep: auto }`; remove it"},
-      {is_sweep && experiment.plan, "plan", "applies to poses, not to a sweep; remove one of them"},
+      {is_sweep && experiment.plan,
+       "plan",
+       "applies to poses, not to a sweep; remove the plan or the sweep"},
       {is_sweep && (has_motions || options.attitudes.kind != AttitudeKind::kNone),
        "poses",
-       "a sweep cannot be combined with turns:, rates: or attitudes:, which apply to poses; "
-       "remove them"},
+       "a sweep cannot be combined with turns:, rates: or attitudes:, which apply to poses; remove "
+       "these keys"},
       {is_sweep && options.initialise.only,
        "initialise.only",
        "a sweep has no start values; remove it"}};

@@ -31,7 +31,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
     if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
       calibration->findings.emplace_back(
           FindingCode::kFieldNotChecked,
-          "the field was not compared with the Earth's: " + experiment.no_earth_field);
+          "the field was not compared with the Earth's field: " + experiment.no_earth_field);
     }
     return;
   }

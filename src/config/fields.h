@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-/// Writes what a FieldReader reads as YAML: nested maps, one key per line. Lines whose key no
-/// document states are marked as default.
+/// Writes as YAML what a FieldReader reads: nested maps, one key per line. If no document states a
+/// key, its line is marked as default.
 class FieldWriter {
  public:
   static constexpr bool kReads = false;

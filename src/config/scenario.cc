@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// What the documents read so far state; each is read after those before it.
+/// What the documents read so far state; a later document replaces values of earlier ones.
 struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
@@ -42,7 +42,7 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   int version = kVersion;
   visit("scenario", version, FormatVersion());
   visit("description", scenario.description, kAnyText);
-  visit.Has("base");  // It has been read before all other documents.
+  visit.Has("base");  // The base has been read before all other documents.
   visit.Map("device", [&](FieldReader& device) {
     device("serial", scenario.serial, kAnyText);
     device("model", scenario.model, kAnyText);
@@ -61,7 +61,7 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   CourseFields(visit, file, &scenario);
 }
 
-/// Opens the scenario that a scenario names as its base and that is read before it.
+/// Opens the scenario that is the base of another scenario.
 Result<YamlReader> OpenBase(const std::string& file) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader base, YamlReader::FromFile(file));
   base.RequireChild("scenario");

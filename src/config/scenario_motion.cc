@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// Far more poses than any procedure has: the limit is there to find mistyped numbers.
+/// No procedure has nearly as many poses; the limit is there to find mistyped numbers.
 constexpr int kMaxPoses = 100000;
 constexpr Range kRounds{1, kMaxPoses, "a whole number from 1 to 100000"};
 constexpr Range kRest{.lowest = 1, .expected = "a whole number from 1 on"};
@@ -44,7 +44,7 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
 }
 
 /// Reads a list whose items are of several kinds, the alternatives of a variant; each item is a map
-/// under the name of its kind. The list replaces that of earlier documents.
+/// under the name of its kind. The list replaces the list of earlier documents.
 template <typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
 void ListOfKinds(FieldReader& visit,
                  std::string_view key,

@@ -74,7 +74,7 @@ QuantityKeys GSensitivityKeys() {
           {"g_sensitivity_degps_g", kRadPerDeg / kStandardGravityMps2}};
 }
 
-/// Keys of a term in units of the signal to the term's power: 1 µg/g² adds 1e-6 g at 1 g.
+/// Keys of a term in units of the measured quantity: at 1 g, a term of 1 µg/g² adds 1e-6 g.
 QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
   const std::string name(info.name);
   if (info.power == 0) return ShareKeys(name);
@@ -205,7 +205,7 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
     fail("readings are in counts; add `si_per_count` or `counts_per_…`");
   } else if (!sensor.unit.is_counts && sensor.si_per_count) {
     fail("a count size is stated, but the readings are in " + sensor.unit.name +
-         "; add `unit: counts` or remove it");
+         "; state `unit: counts`, or remove the size");
   }
   triad.unit = sensor.unit;
   triad.si_per_count = sensor.si_per_count;
@@ -239,7 +239,7 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
          " counts, but counts are whole numbers; state `resolution_raw: 1`, or no "
          "resolution in the base");
   }
-  // The steps of counts are whole numbers.
+  // Readings in counts are whole numbers.
   const double finest_raw = sensor.unit.is_counts ? 1.0 : 0.0;
   triad.resolution_raw =
       sensor.resolution_raw.value_or(sensor.resolution ? gain * *sensor.resolution : finest_raw);

@@ -16,22 +16,23 @@
 namespace truetriad {
 namespace {
 
-// Readings are averaged over slots of 0.1 s, far less than a lag that spoils a rest of 1 s.
+// Readings are averaged over slots of 0.1 s, far shorter than a lag that would ruin a rest of 1 s.
 constexpr double kSlotS = 1e-9 * static_cast<double>(kWindowNs);
-// Slots before the first reading, 10 s, since other streams may begin earlier.
+// Number of slots before the first reading (10 s), since other streams may begin earlier.
 constexpr std::int64_t kSlotsBefore = 100;
 // Six hours of slots, which bound the memory to 2.6 MB for each triad.
 constexpr std::int64_t kMostSlots = 216'000;
-// Chosen: a change is taken between slots up to 0.5 s apart, so that triads of 2 Hz are usable.
+// Chosen: changes are computed between slots up to 0.5 s apart, so that triads of 2 Hz are usable.
 constexpr std::size_t kLongestGapSlots = 5;
-// The longest lag in slots, 6 s either way, is more than buffers and rounded stamps cause; clocks
-// that were never set differ by far more and give no peak.
+// The longest lag, in slots: 6 s in either direction. Buffers and rounded stamps cause shorter
+// lags; clocks that were never set differ by far more and give no peak.
 constexpr int kMostLag = 60;
 // Chosen, in slots: a peak reaches 1 s to each side; a second peak beyond makes the lag ambiguous.
 constexpr int kPeakWidth = 10;
-// Chosen: the least correlation of a clear peak: half of either triad's variance is common to both.
+// Chosen: the least correlation of a clear peak. Half of the variance of either triad is then
+// common to both.
 constexpr double kClearCorrelation = 0.5;
-// Least margin of the log likelihood over that of any rival lag: a ratio of e^6 = 403.
+// The log likelihood of a lag must exceed that of any rival by this much: a ratio of e^6 = 403.
 constexpr double kClearlyLikelier = 6.0;
 // Chosen: the share of variance that triads do not have in common even without noise; it bounds the
 // likelihood of a perfect correlation.
@@ -40,7 +41,8 @@ constexpr double kUnlikeShare = 0.1;
 constexpr double kSlotsOfATurn = 12.0;
 // Chosen: half a minute of slots, which is 25 turns of kSlotsOfATurn, is enough to correlate.
 constexpr int kFewestPairs = 300;
-// Chosen, of the squared changes' 90 % quantile: changes below a thousandth of its root are rest.
+// Chosen: a share of the 90 % quantile of the squared changes. Changes below a thousandth of the
+// root of this quantile count as rest.
 constexpr double kRestShare = 1e-6;
 // Smallest lag to report, s: estimation finds smaller ones better, from the moves between rests.
 constexpr double kSaidS = 0.25;
@@ -72,8 +74,8 @@ Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   return median;
 }
 
-// Square of the unit's turn from slot to slot in raw units: of the change of a field's reading, or
-// of the rate less the rate at rest. Negative: not known.
+// Square of how much the unit turns from slot to slot, in raw units. A field: the change of its
+// reading; a gyroscope: the rate less the rate at rest. Negative: not known.
 std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& means) {
   const bool is_rate = triad == Triad::kGyroscope;
   const Eigen::Vector3f rest = is_rate ? MedianOf(means) : Eigen::Vector3f::Zero();
@@ -186,8 +188,8 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
           << peak->value << " at " << kSlotS * (at - kMostLag) << " s, "
           << correlation[kMostLag].value << " at 0";
   if (peak->value < kClearCorrelation || at == 0 || at == 2 * kMostLag) return std::nullopt;
-  // With too few common readings at lag 0 nothing contradicts the stated times, nor does a distant
-  // maximum if lag 0 is a maximum too: poses at even intervals give one at each interval.
+  // Too few common readings at lag 0 do not contradict the stated times. Nor does a distant maximum
+  // if lag 0 is a maximum too: poses at even intervals give a maximum at each interval.
   const Correlation& stated = correlation[kMostLag];
   const bool is_top = stated.value > kClearCorrelation &&
                       stated.value >= correlation[kMostLag - 1].value &&
@@ -197,15 +199,15 @@ std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const 
   for (int other = 0; other <= 2 * kMostLag; ++other) {
     if (std::abs(other - at) <= kPeakWidth) continue;
     const Correlation& rival = correlation[static_cast<std::size_t>(other)];
-    // Both likelihoods are of the same number of pairs: streams with interruptions have more pairs
-    // at some lags, which is no evidence for these lags.
+    // Both likelihoods are computed for the same number of pairs: streams with interruptions have
+    // more pairs at some lags, which is no evidence for these lags.
     const double pairs = std::min(rival.pairs, peak->pairs);
     if (rival.value > 0.0 &&
         rival.log_likelihood(pairs) > peak->log_likelihood(pairs) - kClearlyLikelier) {
       return std::nullopt;
     }
   }
-  // The maximum of the parabola through the highest three values.
+  // The maximum of the parabola through the peak and the values on both sides of it.
   const double before = (peak - 1)->value, after = (peak + 1)->value;
   const double bend = before - 2.0 * peak->value + after;
   const double beside = bend < 0.0 ? 0.5 * (before - after) / bend : 0.0;
@@ -234,14 +236,14 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
                                    std::string(TriadName(reference)) + ": the clocks differ")
                            .About(triad)
                            .With("offset", *lag_s, "s"));
-    // With this lag the sensor was turning, or in another rest, for over half of a typical rest.
+    // With this lag, over half of a typical rest's readings come from a turn or from another rest.
     if (!set->poses.empty() && 2.0 * std::abs(*lag_s) > TypicalRest(*set)) {
       findings.back().As(Severity::kRefusal);
     }
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  // One block corrects all triads; the last finding states it, and so does each refusal.
+  // One block corrects all triads; the last finding states the block, and so does each refusal.
   for (Finding& finding : findings) {
     if (&finding != &findings.back() && !finding.IsRefusal()) continue;
     finding.remedy =

@@ -19,7 +19,7 @@ inline constexpr double kClockLagSigmaS = 0.05;
 
 /// Finds delays of seconds between two triads' readings; the calibration's fit finds milliseconds.
 ///
-/// It keeps each triad's mean over every tenth of a second, and takes from these means c, which
+/// It keeps each triad's mean over every tenth of a second. From these means it computes c, which
 /// grows with the turning of the unit: the change of a field's reading, or the rate less the rate
 /// at rest. If the unit is turned now and then, the logarithms of c of two triads correlate,
 ///
@@ -31,7 +31,7 @@ class ClockLagFinder {
   void Add(const SampleBlock& block);
 
   /// By how much the times of `triad` are later than those of `reference`, s. Unset if no lag of up
-  /// to 6 s stands out: nothing moves, or the moves come at even intervals.
+  /// to 6 s stands out, because nothing moves or moves come at even intervals.
   std::optional<double> LagOf(Triad triad, Triad reference) const;
 
  private:
@@ -52,8 +52,8 @@ class ClockLagFinder {
 Triad ClockReference(const PoseSet& set);
 
 /// Finds the triads whose times are wrong by 0.25 s or more and sets their set->clock_lag_s. The
-/// remedy is one block of configuration, which corrects all these triads. `set` must have
-/// `streams`, and in `time_offset_s` the offsets that were subtracted already.
+/// remedy is one block of configuration, which corrects all these triads. `set` must have its
+/// `streams`, and its `time_offset_s` must hold the offsets that were subtracted already.
 Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set);
 
 }  // namespace truetriad

@@ -21,7 +21,7 @@ namespace truetriad {
 
 class StreamMonitor;
 
-// Chosen: a list names ten places, and counts or elides the others.
+// Chosen: a list names ten places at most; a number or an ellipsis stands for the others.
 inline constexpr std::size_t kMostPlacesNamed = 10;
 
 // "3, 4, 7, …" for `count` places; `name(k)` gives the name of place k.
@@ -47,7 +47,7 @@ inline Error NoTime(const RecordingInfo& info,
 }
 
 /// Reduces a recording to a PoseSet while it streams by; the kind of pose selection determines the
-/// subclass. The StreamMonitors have seen every block before it comes here.
+/// subclass. The StreamMonitors see each block before Add does.
 class Collector {
  public:
   virtual ~Collector() = default;
@@ -80,9 +80,9 @@ class RestFinder {
   virtual const std::vector<CollectedPose>& poses() const = 0;
   /// Every pose that ends before this time is complete; unset as long as no such time is known.
   virtual std::optional<std::int64_t> judged_before_ns() const = 0;
-  /// All poses in order; adds findings.
+  /// Returns all poses in order; adds findings.
   virtual Result<std::vector<CollectedPose>> Finish(Findings* findings) = 0;
-  /// Why there is no pose, if Finish gave none.
+  /// The error to report if Finish gave no pose.
   virtual Error NoPose(const PoseSet& set) const = 0;
 };
 

@@ -10,19 +10,20 @@
 namespace truetriad {
 namespace {
 
-// A window holds four samples of the slowest triad in use, for its variance, but lasts 0.4 s at
-// most, so that the five windows that activity is measured over span 2 s. It always holds the two
-// samples that a variance needs.
+// A window holds four samples of the slowest triad in use, for its variance. It lasts 0.4 s at
+// most, so that the five windows that measure activity span 2 s, but it always holds two samples,
+// the least number for a variance.
 constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
 
-// Windows at the end of a search that are searched again with those after them: 6.4 s of 0.1 s
-// each, room for two knocks (1.5 s each) and the span of the activity.
+// Number of windows at the end of a search that are searched again with the windows after them.
+// With 0.1 s each they last 6.4 s: two knocks (1.5 s each) and the span of the activity fit in.
 constexpr std::size_t kTailWindows = 64;
 
 // Chosen: 64 samples determine the rate of a stream.
 constexpr std::int64_t kRateSamples = 64;
 
-// Least expected range, raw: half of the 2 g of an accelerometer turned over; 0: not known.
+// Least expected range, raw; 0: not known. An accelerometer that is turned over has a range of 2 g;
+// half of it is expected.
 double ExpectedRange(const StreamInfo& info) {
   if (info.triad != Triad::kAccelerometer) return 0.0;
   if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
@@ -78,7 +79,7 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
     if (!(set.duration_s > 0.0 && rate_hz > kMostHz) || !too_fast.empty()) continue;
     too_fast = "check the unit of the times: " + std::to_string(stream.samples) +
                " samples of the " + std::string(TriadName(stream.triad)) + " in " + duration +
-               " are " + std::to_string(std::lround(rate_hz / 1e3)) + " kHz; else ";
+               " are " + std::to_string(std::lround(rate_hz / 1e3)) + " kHz; if it is right, ";
   }
   return NotEnoughError(
       Finding(
@@ -89,8 +90,9 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
           too_fast +
               "hold each pose longer, or state the poses (`poses: every_row` if each row is a "
               "pose); for a unit tumbled on purpose, use `poses: { motion: { spacing_s: 0.1 } }`" +
-              std::string(
-                  has_both ? "" : ", which needs the gyroscope, and accelerometer or magnetometer"))
+              std::string(has_both
+                              ? ""
+                              : ", which needs the gyroscope and an accelerometer or magnetometer"))
           .With("duration", set.duration_s, "s")
           .With("shortest_rest", options_.min_duration_s, "s"));
 }
@@ -139,7 +141,7 @@ Status DetectedPoses::Start() {
     if (std::find(streams.begin(), streams.end(), triad) == streams.end()) continue;
     if (!triads.empty() && triads.front().triad == triad) continue;
     const double spacing_ns = monitors_[triad]->spacing_ns();
-    // A gyroscope more than four times as slow would make the windows too long.
+    // A gyroscope over four times slower than the leading triad would make the windows too long.
     if (spacing_ns > kSamplesOfWindow * leading_spacing_ns) continue;
     width_ns = std::max({width_ns,
                          std::min(kSamplesOfWindow * spacing_ns, kLongestWindowNs),
@@ -204,7 +206,7 @@ void DetectedPoses::FindRests(bool at_end) {
     consumed_ = 0;
   }
   if (at_end) return;
-  // A rest that stays open leaves its last windows for comparison with what follows.
+  // If a rest stays open, its last windows are kept and compared with what follows.
   consumed_ = stays_open ? kTailWindows : 0;
   buffer_->DropFront(stays_open ? tail - kTailWindows : keep_from);
 }

@@ -43,7 +43,7 @@ class DetectedPoses : public RestFinder {
   std::size_t peak_windows() const { return peak_windows_; }
 
  private:
-  // A block that is kept until all streams have shown their rate.
+  // A block that is kept until the rates of all streams are known.
   struct HeldBlock {
     Triad triad;
     HeldSamples samples;

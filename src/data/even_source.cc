@@ -15,8 +15,9 @@
 namespace truetriad {
 namespace {
 
-// Chosen: number of samples at the end of a batch that wait for the next batch, and number of those
-// handed over that stay, so that the line through the stamps continues into the next batch.
+// Chosen: this many samples at the end of a batch wait for the next batch, and this many samples
+// that were handed over are kept, so that the line through the stamps continues into the next
+// batch.
 constexpr std::size_t kOverlap = 8192;
 
 }  // namespace
@@ -70,8 +71,8 @@ Status ExcludedTime::Tell(const RecordingInfo& info, Findings* findings) const {
     if (readings_[i] > 0) continue;
     return ErrorIn(ErrorCode::kNotInRecording,
                    ranges_[i].stated_in,
-                   "no reading of " + info.path +
-                       " lies in this range, or other ranges already leave out all that do; "
+                   "this range leaves out no reading of " + info.path +
+                       ": none lies in it, or other ranges leave out all that do; "
                        "expected seconds from the recording's first sample");
   }
   findings->push_back(Finding(FindingCode::kExcluded,
@@ -122,7 +123,7 @@ std::int64_t EvenSource::WindowOf(Triad triad) const {
   return info == nullptr ? 1 : info->window_samples;
 }
 
-// Share pooled over all sensors with these stamps, such as the columns of one file.
+// ShareOfStamps, pooled over all sensors that have these stamps, such as the columns of one file.
 StampShare EvenSource::ShareOf(std::span<const std::int64_t> stamps_ns, double period_ns) const {
   double weights = 0.0, sum = 0.0;
   for (const Stream& stream : streams_) {
@@ -169,7 +170,7 @@ void EvenSource::SettleStream(Triad triad) {
     stream->squares_ns2 += off * off;
     ++stream->judged;
   }
-  // A batch with irregular stamps keeps its stamps.
+  // A batch with irregular stamps keeps its stamps, unless even times are asked for.
   const bool can_be_even = how_ == TimeStamps::kRegular || even.kind != StampKind::kIrregular;
   if (stream->judgement != Judgement::kEven) return;
   stream->even_ns = can_be_even ? std::move(even.time_ns) : held.time_ns;
@@ -244,7 +245,7 @@ void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
       " ms RMS from even spacing at " + RoundedText(summary->rate_hz, 5) + " Hz)";
   Finding finding = summary->are_stamps_even
                         ? Finding(FindingCode::kEvenTimes,
-                                  what + "; samples are taken to be evenly spaced instead")
+                                  what + "; samples are treated as evenly spaced instead")
                         : Finding(FindingCode::kUnevenTimes,
                                   what + ", and are used as they are",
                                   "stamp samples by the sensor's own clock");

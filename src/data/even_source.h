@@ -51,7 +51,7 @@ class EvenSource {
   EvenSource(SampleSource* source, ExcludedTime* excluded, TimeStamps how)
       : source_(source), excluded_(excluded), how_(how) {}
 
-  /// As SampleSource::Next.
+  /// Works as SampleSource::Next does.
   Result<bool> Next(std::vector<SampleBlock>* blocks);
 
   /// Fills in the kind and the jitter of the stream's stamps; adds a finding if they are uneven.
@@ -70,7 +70,7 @@ class EvenSource {
     HeldSamples held;
     std::size_t handed = 0;             // Number of held samples handed over already.
     std::size_t ready = 0;              // Number of held samples that may be handed over.
-    std::vector<std::int64_t> even_ns;  // Of the held samples; empty: their stamps.
+    std::vector<std::int64_t> even_ns;  // Times of held samples; empty: their stamps.
     // Time of the last sample handed over.
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
 

@@ -83,7 +83,8 @@ std::string GivenPoses::Spoken(std::size_t range) const {
          ")";
 }
 
-// Label of the pose that the row belongs to, if any; neighbouring rows of one label are one pose.
+// Label of the pose that row `i` belongs to; unset: none. Neighbouring rows of one label are one
+// pose.
 std::optional<std::int64_t> GivenPoses::Label(const SampleBlock& block, std::size_t i) {
   const std::int64_t row = block.row[i];
   switch (selection_.kind) {
@@ -162,7 +163,7 @@ void GivenPoses::AddWaiting(Triad triad, bool at_end) {
     waiting.current = std::max(waiting.current, finished_);
     const auto at = static_cast<std::size_t>(waiting.current - finished_);
     if (at == open_.size()) {
-      ++i;  // In no pose: after the last one, and the leading stream has passed it.
+      ++i;  // No pose has this sample, and the leading stream has passed it.
       continue;
     }
     OpenPose& pose = open_[at];
@@ -268,7 +269,8 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
   }
   while (!open_.empty()) FinishFirst();
   for (std::size_t i = 0; i < range_used_.size(); ++i) {
-    // A range mostly beyond the end is of another recording; a slow sensor may end a bit early.
+    // If a range lies mostly beyond the end, it is meant for another recording. If it lies a bit
+    // beyond, a slow sensor may have ended early.
     const std::int64_t last = IsByTime() ? last_ns_ : last_row_;
     if (range_used_[i] && End(i) - last <= last - Begin(i)) continue;
     return Error(
@@ -278,7 +280,7 @@ Result<std::vector<CollectedPose>> GivenPoses::Finish(Findings* findings) {
             (IsByTime() ? " ends at " + SecondsText(last) + " s"
                         : " has data rows 0 to " + std::to_string(last)));
   }
-  // A last block of less than half the rows is no pose: its mean would be worth much less.
+  // If the last block has less than half of the rows, it is no pose: its mean would be less exact.
   if (selection_.kind == PoseSelectionKind::kEveryN && poses_.size() > 1 &&
       2 * last_block_rows_ < selection_.every) {
     poses_.pop_back();

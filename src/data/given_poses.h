@@ -25,12 +25,14 @@ struct RangeOrigin {
 
 /// Collects poses that are given: every row, every N rows, by a column, or by row ranges.
 ///
-/// Rows are those of the leading stream's file. A pose takes the samples of a stream in that file
-/// by row, and those of another file by time, to half a sampling interval of the leading stream.
+/// Rows are those of the leading stream's file. A pose takes the samples of a stream in this file
+/// by row. It takes those of a stream in another file by time, from half a sampling interval of the
+/// leading stream before the pose until half an interval after it.
 class GivenPoses : public RestFinder {
  public:
   /// `monitor` is that of the leading stream and belongs to the caller. `key`: the ranges' name in
-  /// messages; `origins`: none, or one per range, all of them by time or all by rows.
+  /// messages. `origins`: none, or one for each range; either all have times, or all ranges are by
+  /// rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
@@ -38,9 +40,9 @@ class GivenPoses : public RestFinder {
              std::string key = "poses",
              std::vector<RangeOrigin> origins = {});
 
-  /// Ranges must be in file order; a pose column must be there.
+  /// Error: a missing pose column, ranges out of file order, or fewer than one row per pose.
   Status Validate() const override;
-  /// Error: each row is a rest beside a gyroscope, and there are more than kMostRowsAsRests rows.
+  /// Error: each of more than kMostRowsAsRests rows is a rest, although there is a gyroscope.
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
   /// Unset before the first sample.
@@ -65,7 +67,7 @@ class GivenPoses : public RestFinder {
   };
 
   bool IsByTime() const { return !origins_.empty() && !origins_.front().times.empty(); }
-  // First and last row of a range, or its times, and its name in messages.
+  // First and last row (or time) of a range, and the name of the range in messages.
   std::int64_t Begin(std::size_t range) const;
   std::int64_t End(std::size_t range) const;
   std::string Spoken(std::size_t range) const;

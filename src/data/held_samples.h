@@ -17,7 +17,7 @@ namespace truetriad {
 
 /// The most samples held, over all streams: 14 minutes of three streams at 100 Hz, some 25 MB.
 inline constexpr std::size_t kMostHeldSamples = 262144;
-/// Samples that sources hand over at once: 32 kB for each column, which stay in the cache.
+/// Number of samples that sources hand over at once: 32 kB per column, which the cache holds.
 inline constexpr std::size_t kBlockSamples = 4096;
 
 /// Readings number [begin, end) of a block; columns that it lacks stay empty.
@@ -27,8 +27,8 @@ SampleBlock PieceOf(const SampleBlock& block, std::size_t begin, std::size_t end
 /// neighbours differ by one step in one of √π σ = 177 readings, 113 times in this number.
 inline constexpr std::int64_t kStepReadings = 20000;
 
-/// The lesser of `step` and the smallest change between consecutive `values`, the first of which
-/// follows `before`. Changes below 1e-9 of the `largest` reading are rounding of a conversion.
+/// The smallest change between consecutive `values`, or `step` if this is less; `before` precedes
+/// the first value. Changes below 1e-9 of the `largest` reading are rounding of a conversion.
 inline double SmallestStep(std::span<const double> values,
                            double before,
                            double largest,

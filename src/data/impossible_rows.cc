@@ -16,34 +16,34 @@ namespace {
 
 // Chosen: eight rows before an error word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
-// Rows that are searched for eight good ones after a word: two of three may be words, too.
+// Number of rows after a word that are searched for eight good ones; two of three may be words.
 constexpr std::size_t kAhead = 24;
-// The most rows held back while a word lasts: eight seconds at 1 kHz.
+// The largest number of rows held back while error words continue: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;
 // Chosen: a word is suspected if it differs from the reading before by more steps than this.
 constexpr double kFewSteps = 5.0;
 // The smallest error word except zero.
 constexpr double kLeastWord = 999.0;
-// Chosen: the fewest readings, four of them after trimming, that determine their spread.
+// Chosen: at least six readings, of which trimming leaves four, determine their spread.
 constexpr std::size_t kFewestAbout = 6;
 // The most extreme reading on each side is left out of the spread, as it may be a word itself.
 constexpr std::size_t kTrimmed = 1;
-// The 14 that remain of 16 span 2.6 σ, which determines σ as well as 12 degrees of freedom do.
+// The 14 readings left of 16 span 2.6 σ; this determines σ as well as 12 degrees of freedom do.
 constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
-// Chosen: a word is outside the range of its 16 neighbours by more than five times their spread;
-// the motion that they show continues to within one spread of it.
+// Chosen: a word lies outside the range of its 16 neighbours by more than five times their spread.
+// If the neighbours move, their motion continues by one spread at most.
 constexpr double kFarSpreads = 5.0;
 // A row less likely than this is no reading: to lose one good row in a million is no loss.
 constexpr double kUnlikely = 1e-6;
 // If a zero is less likely as a reading than a third of the share of zero words, the probability
 // that it is a reading is below (1/3) / (1/3 + 1) = 1/4.
 constexpr double kZeroShare = 1.0 / 3.0;
-// Chosen: up to three words in a row are judged as single errors; more may be a rest that reads
-// this word, and then only noise and distance count.
+// Chosen: up to three words in a row are judged as single errors. More may be a rest with this
+// reading, and then only noise and distance count.
 constexpr std::size_t kFewInARow = 3;
-// Chosen: the same nonzero word on all axes is no reading if an axis is half a spread outside.
+// Chosen: a row of one nonzero word is no reading if an axis is half a spread outside its range.
 constexpr double kApartSpreads = 0.5;
-// Chosen: readings that spread over fewer steps are of a rest, in which a reading may lie half a
+// Chosen: readings that spread over fewer steps are those of a rest, where a reading may lie half a
 // spread outside by chance.
 constexpr double kSomeSteps = 20.0;
 
@@ -73,10 +73,11 @@ struct AboutWord {
 struct Spread {
   double low, high, step;
   double width() const { return std::max(high - low, step); }
-  // Distance of a value outside the range, in widths.
+  // Distance of a value from the range, in widths; 0 inside the range.
   double Off(double value) const { return std::max({low - value, value - high, 0.0}) / width(); }
-  // The chance of a value among readings of this spread is TailOf, Student's density at the value
-  // relative to its maximum, times StepShare, the chance of the most frequent step.
+  // The chance of a value among readings of this spread is TailOf times StepShare. TailOf is
+  // Student's density at the value relative to its maximum, StepShare the chance of the most
+  // frequent step.
   double sigma() const { return std::max((high - low) / kSpreadSigmas, 0.5 * step); }
   double TailOf(double value) const {
     const double distance = (value - 0.5 * (low + high)) / sigma();
@@ -93,7 +94,7 @@ Spread SpreadOf(const AboutWord& about, int axis) {
   return {values[kTrimmed], values[values.size() - 1 - kTrimmed], about.step[axis]};
 }
 
-// Whether `reading`, with a word on an axis or the same value on all, cannot be a reading. The word
+// Whether a row cannot be a reading. An axis of `reading` is a word, or all axes are equal; this
 // alone is no evidence: a gyroscope at rest may read 0, 0, 0.
 bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
   // StreamMonitor refuses readings that are not finite.
@@ -112,7 +113,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
     if (one_word && spread.width() >= kSomeSteps * spread.step) apart = std::max(apart, off);
     chance *= spread.TailOf(reading[axis]) * (few ? spread.StepShare() : 1.0);
   }
-  // Many such rows among readings without noise are a simulated rest between constant rates.
+  // If readings have no noise, many such rows are a simulated rest between constant rates.
   if (!has_noise && !few) return false;
   if (farthest > kFarSpreads) return true;
   if (!one_word) return false;
@@ -193,7 +194,7 @@ void RowScreen::Accept(const SampleBlock& block) {
   }
 }
 
-// Repeats of one reading count once.
+// Keeps a good reading for comparison; repeats of one reading count once.
 void RowScreen::Remember(const Eigen::Vector3d& reading) {
   if (!history_.empty() && history_.back() == reading) return;
   if (history_.size() == kAbout) history_.erase(history_.begin());
@@ -201,6 +202,7 @@ void RowScreen::Remember(const Eigen::Vector3d& reading) {
 }
 
 // Good readings about a word: those kept before it, and unsuspected ones from `begin` on.
+// `is_enough`: later rows will not add to them.
 std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* is_enough) const {
   std::vector<Eigen::Vector3d> about = history_;
   const Eigen::Vector3d before = history_.empty() ? Nowhere() : history_.back();
@@ -286,7 +288,7 @@ std::optional<Finding> RowScreen::Left() const {
   for (std::size_t kind = 0; kind < kKinds; ++kind) {
     if (left_[kind] == 0) continue;
     total += left_[kind];
-    kinds += (kinds.empty() ? "" : ", ") + std::to_string(left_[kind]) + " " + words[kind];
+    kinds += (kinds.empty() ? "" : "; ") + std::to_string(left_[kind]) + " " + words[kind];
   }
   if (total == 0) return std::nullopt;
   const auto number = [&](int axis) { return RoundedText(example_[axis], 6); };

@@ -17,7 +17,8 @@
 
 namespace truetriad {
 
-/// No sensor reads as much in any unit; squares of smaller values (to 1e60) fit into a double.
+/// No sensor has a reading of this size in any unit; squares of smaller values (to 1e60) fit into a
+/// double.
 inline constexpr double kNoSensorReads = 1e30;
 
 /// Removes from one stream the rows that are no readings but error words, which a driver or a bus
@@ -32,7 +33,8 @@ class RowScreen {
   void Accept(const SampleBlock& block);
   /// Copies the block into the rows that are held back.
   void Hold(const SampleBlock& block) { rows_.Append(block); }
-  /// The held rows that can be judged (at the end: all), without words; valid until the next call.
+  /// Judges the held rows that can be judged (at the end: all), and returns them without words.
+  /// Valid until the next call.
   SampleBlock Judge(bool at_end);
   bool is_empty() const { return rows_.size() == handed_; }
 

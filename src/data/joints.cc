@@ -18,13 +18,13 @@
 namespace truetriad {
 namespace {
 
-// At a joint gravity turns by 20 deg more than 1.5 times the angle that the gyroscope integrated:
+// At a joint, gravity turns by over 20 deg more than 1.5 times the angle that the gyroscope gives:
 // bias, misalignment and bandwidth explain less than 20 deg, and gains are above 1 / 1.5.
 constexpr double kUnexplainedRad = 0.35, kGainOff = 1.5;
-// The median of three readings before and after a joint; a single spike does not move it.
+// Number of readings before and after a joint whose medians are compared; a spike does no harm.
 constexpr std::size_t kReadings = 3;
-// Chosen: at a joint, which lies between two readings, one step makes 60 % of the change. A turn
-// that a wrong gain or unit of the gyroscope leaves unexplained takes several steps.
+// Chosen: a joint lies between two readings, so one step makes 60 % of the change. A turn takes
+// several steps, also if a wrong gain or unit of the gyroscope leaves it unexplained.
 constexpr double kAtOnce = 0.6;
 
 struct Field {
@@ -47,8 +47,8 @@ struct Readings {
 // A joint between readings number `at` and at + 1.
 struct FoundJoint {
   std::size_t at = 0;
-  double turned_rad = 0.0;   // Lower bound, by the vector sensors.
-  double counted_rad = 0.0;  // Upper bound, by the gyroscope.
+  double turned_rad = 0.0;   // Lower bound of the turn, by the vector sensors.
+  double counted_rad = 0.0;  // Upper bound of the turn, by the gyroscope.
 };
 
 double HalfRange(const StreamSummary& stream) {
@@ -61,7 +61,8 @@ double GravityRaw(const StreamSummary& accelerometer) {
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
-// Gyroscope rows from one new reading of a sensor to the next; at least the gyroscope's repeats.
+// Number of gyroscope rows from one new reading of a sensor to the next, or per new reading of the
+// gyroscope if that is more.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
   const double rows =
@@ -129,8 +130,8 @@ double StepAt(const Field& accelerometer, std::size_t at) {
   return (accelerometer.readings[next] - accelerometer.readings[at]).norm();
 }
 
-// At a joint gravity and field turn at once, while the gyroscope hardly turns. A jerk does not turn
-// the field, and a magnetic disturbance does not turn gravity.
+// At a joint, gravity and field turn at once, but the gyroscope shows hardly any turn. A jerk does
+// not turn the field, and a magnetic disturbance does not turn gravity.
 std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   const Field& gravity = readings.accelerometer;
   const Field& field = *readings.magnetometer;
@@ -280,7 +281,7 @@ void BreakMovesAtJoints(PoseSet* set) {
     if (auto fault = FaultOf(move, *set)) move.fault = std::move(fault);
   }
   for (RecordingJoint& joint : set->joints) {
-    // The fault of the move reports such a joint.
+    // If a joint lies within a move, the fault of the move reports it.
     joint.is_told = joint.is_told || IsWithinMove(joint, *set);
   }
   TellJoints(set);

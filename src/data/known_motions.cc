@@ -24,16 +24,16 @@ Error NoSuchPose(const std::string& key, const MotionPlace& at, const PoseSet& s
                  key + " name pose " + std::to_string(at.pose) + ", which is not among the " +
                      std::to_string(set.poses.size()) + " rests (" + set.how +
                      "; `truetriad inspect` lists them); give a listed pose, or " +
-                     "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
+                     "rows as `first` and `last`, or a time as `start_s` and `end_s`");
 }
 
 Error NoRestAfter(const MotionPlace& at, const PoseSet& set) {
   return ErrorIn(ErrorCode::kNotInRecording,
                  (at.stated_in.empty() ? "" : at.stated_in + ": ") + set.source,
                  "a turn is stated after pose " + std::to_string(at.pose) +
-                     ", but no rest follows it (" + set.how +
+                     ", but no rest follows that pose (" + set.how +
                      "; `truetriad inspect` lists the rests); give the pose before the turn, or "
-                     "its rows as `first` and `last`, or its time as `start_s` and `end_s`");
+                     "the turn's rows as `first` and `last`, or its time as `start_s` and `end_s`");
 }
 
 // Error: the log does not contain the whole turn.
@@ -69,10 +69,9 @@ Eigen::Vector3d MeanOf(const std::vector<Eigen::Vector3d>& vectors) {
   return sum / static_cast<double>(vectors.size());
 }
 
-// A held rate is as large in the first and last eighth of its interval as in the middle. A
-// difference of more than 0.1 %, and of more than kClearFactor times both the noise of an eighth
-// and the drift of the middle, is an acceleration of the table; the eighth would change the mean by
-// 1/8 of the difference.
+// A held rate is as large in the first and last eighth of its interval as in the middle. If the
+// difference is over 0.1 %, and over kClearFactor times both the noise of an eighth and the drift
+// of the middle, the table accelerates; the eighth would change the mean by 1/8 of the difference.
 constexpr double kRampShare = 0.001;
 
 std::string WhereOf(const StatedRate& rate, const PoseSet& set) {
@@ -96,18 +95,18 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
     if (missed <= std::max(kRampShare * held, kClearFactor * wander)) continue;
     return ErrorIn(ErrorCode::kNotInRecording,
                    WhereOf(rate, set),
-                   std::string("the ") + (is_first ? "first" : "last") +
-                       Format(" eighth of its time differs from the middle by %.2g %% of the rate, "
+                   std::string("the readings in the ") + (is_first ? "first" : "last") +
+                       Format(" eighth of its time differ from the middle by %.2g %% of the rate, "
                               "so the table is not at constant speed there; ",
                               100.0 * missed / held) +
-                       (is_first ? "begin it later" : "end it earlier"));
+                       (is_first ? "begin its interval later" : "end its interval earlier"));
   }
   return {};
 }
 
-// Checks the ends of all intervals together: an acceleration of the table or a low-pass makes each
-// end differ from its middle by the same share of the rate; a regression on the rate finds this
-// share beside a bias and a drift.
+// Checks the ends of all intervals together. An acceleration of the table, or a low-pass, makes the
+// ends of all intervals differ from their middles by one share of the rate. A regression on the
+// rate finds this share; bias and drift do not change it.
 Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const PoseSet& set) {
   for (const bool is_first : {true, false}) {
     std::vector<Eigen::Vector3d> rates, missing;
@@ -134,11 +133,11 @@ Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const 
     return Error(
         ErrorCode::kDoesNotMatch,
         {set.source},
-        std::string("rates: the ") + (is_first ? "first" : "last") +
-            Format(" eighths of all turns differ from their middles by %.2g %% of the rate, ",
+        std::string("rates: the readings in the ") + (is_first ? "first" : "last") +
+            Format(" eighth of the intervals differ from the middle by %.2g %% of the rate, ",
                    100.0 * std::abs(share)) +
             "so the table is not at constant speed there, or the sensor has not settled; " +
-            (is_first ? "begin them later" : "end them earlier"));
+            (is_first ? "begin the intervals later" : "end the intervals earlier"));
   }
   return {};
 }
@@ -182,7 +181,7 @@ Status RateMeans::Validate() const {
                    by_time->stated_in,
                    "is stated by time, but " +
                        (by_rows->stated_in.empty() ? "another rate" : by_rows->stated_in) +
-                       " by rows; state all rates the same way");
+                       " is stated by rows; state all rates the same way");
   }
   return means_->Validate();
 }
@@ -249,7 +248,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   moments->resize(kept);
   if (kept > 0) {
     FillCovariances(*moments, resolution_raw, set);
-    // The bound of the shift of a mean holds for rests and rates, so the larger one is kept.
+    // One bound of the shift of a mean holds for rests and rates, so the larger of both is kept.
     for (std::size_t i = 0; i < set->streams.size(); ++i) {
       Eigen::Vector3d& shift = set->streams[i].one_sided_raw;
       const Eigen::Vector3d& turned = turning.streams[i].one_sided_raw;
@@ -320,7 +319,7 @@ Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder,
       if (!Acts(Mechanism::kTurnAtKnownRate)) continue;
       move.fault = Finding(
           FindingCode::kTurnAtKnownRate,
-          "a known rate was held during it, so its readings are used for that rate instead");
+          "a known rate was held during the turn, and its readings are used for that rate instead");
     }
   }
   return {};

@@ -26,7 +26,7 @@ class RateMeans {
   Status Add(const std::vector<SampleBlock>& blocks);
 
   /// Removes the poses in which a rate was held from `set`, and fills in set->rates. The poses must
-  /// have numbers and covariances; the covariances of those that remain are computed again.
+  /// have numbers and covariances; the covariances of the remaining poses are computed again.
   /// `moments[i]` belongs to set->poses[i]. Error: a rate has no readings, was not held, or is
   /// stated for a pose that does not exist.
   Status Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
@@ -35,19 +35,21 @@ class RateMeans {
 
  private:
   std::vector<StatedRate> rates_;
-  std::vector<std::size_t> stretches_;  // Rates that are not at a pose, in file order.
+  // Numbers of the rates that are not at a pose, in file order.
+  std::vector<std::size_t> stretches_;
   std::optional<GivenPoses> means_;
 };
 
-/// Places of stated turns, then of stated rates, whose readings are kept; none that are poses.
+/// Places of the stated turns, then of the stated rates, that are by rows or time: their readings
+/// are kept.
 std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
 /// Fills in set->turns from `recorder`, and sets the fault of moves in which a rate was held and of
 /// turns that are cut. Error: a turn is outside of the log, or has no pose before or after it.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
-/// Sets the fault of known turns whose rows or times begin or end while the unit still turns, so
-/// that a part of their angle is outside, and reports how many. Needs set->poses.
+/// If a known turn's rows or times begin or end while the unit still turns, a part of its angle is
+/// outside. Sets the fault of such turns, and reports how many there are. Needs set->poses.
 void RejectCutTurns(PoseSet* set);
 
 }  // namespace truetriad

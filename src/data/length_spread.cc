@@ -8,7 +8,8 @@
 namespace truetriad {
 namespace {
 
-// The most readings kept; half of them, left by thinning, determine the lengths' spread to 5 %.
+// The largest number of readings kept. Half of them, which thinning leaves, give the spread of
+// lengths to 5 %.
 constexpr std::size_t kMostKept = 1024;
 
 }  // namespace

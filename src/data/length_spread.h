@@ -9,8 +9,9 @@
 
 namespace truetriad {
 
-/// Robust length of a stream's readings and its scatter, which shows normalised readings in spite
-/// of spikes and error words. Keeps 512 to 1024 readings, evenly spread over the stream.
+/// Robust length of a stream's readings, and the scatter of their lengths, which shows whether
+/// readings were normalised even if there are spikes and error words. Keeps 512 to 1024 readings,
+/// evenly spread over the stream.
 class LengthSpread {
  public:
   void Add(const Eigen::Vector3d& reading) {

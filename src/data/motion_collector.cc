@@ -22,14 +22,15 @@ constexpr std::size_t kEachSide = 3;
 // A reading 8 σ from its neighbours is an outlier: white noise exceeds that once in 10^15, a hand
 // that tumbles a unit less than once in 10^4 readings (tests/trust, clean).
 constexpr double kFarSigmas = 8.0;
-// Chosen: readings whose scatter is pooled; 0.64 s at 100 Hz, in which a hand moves steadily.
+// Chosen: number of readings with one pooled scatter; 0.64 s at 100 Hz, in which a hand moves
+// steadily.
 constexpr std::size_t kTogether = 64;
 // Chosen: adjacent spikes shift the median beside them, so the search is repeated without them.
 constexpr int kMostPasses = 3;
-// Skewness, in σ, that is no chance: white noise exceeds 5 σ once in 10^6 recordings.
+// A skewness of over 5 σ is no chance: white noise exceeds it once in 10^6 recordings.
 constexpr double kSkewSigmas = 5.0;
-// A share p of readings with an error s shifts the mean by p s and the third moment by p s^3 = m,
-// so the mean by (p^2 m)^(1/3), most at the largest share. Chosen: a tenth of the readings.
+// If a share p of readings has an error s, the mean shifts by p s and the third moment by m = p
+// s^3; so the mean shifts by (p^2 m)^(1/3), most at the largest p. Chosen: a tenth of the readings.
 constexpr double kMostShare = 0.1;
 
 double MedianBeside(const std::vector<double>& values, std::size_t i) {
@@ -133,9 +134,9 @@ struct SpikeScreen {
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
-// Replaces each spike by linear interpolation, as a missing reading of a gyroscope is bridged in
-// integration. A reading is compared with the median of three readings on each side, relative to
-// the scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
+// Replaces each spike by linear interpolation, as integration bridges a missing reading of a
+// gyroscope. The difference of a reading from the median of three readings on each side is compared
+// with the scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
 // sensor's smallest step. Readings on different sides of a joint are no neighbours.
 SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
                           const std::vector<RecordingJoint>& joints,
@@ -185,7 +186,7 @@ class MotionCollector : public Collector {
     if (info_.Find(Triad::kGyroscope) == nullptr || !sees_vector) {
       return Error(ErrorCode::kMissingSensor,
                    {info_.path},
-                   "motion needs the gyroscope, and accelerometer or magnetometer, to "
+                   "motion needs the gyroscope and an accelerometer or magnetometer to "
                    "track the attitude; add the missing columns");
     }
     return {};
@@ -222,7 +223,7 @@ class MotionCollector : public Collector {
            FindingCode::kRepeatedRows,
            static_cast<std::int64_t>(held),
            "rows",
-           "repeat the one before, and count once: the log is faster than the sensor");
+           "repeat the reading before and are left out: the log is faster than the sensor");
     }
     FindJointsInMotion(set);
     for (StreamSummary& stream : set->streams) {

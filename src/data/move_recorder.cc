@@ -19,15 +19,16 @@ namespace {
 
 // kLongestMoveS in nanoseconds, the unit of the times.
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
-// Chosen, of the widest axis's range: an extreme nearer to a move's first reading is no limit.
+// Chosen: a share of the widest axis's range. If an extreme is nearer to a move's first reading
+// than this, it is no limit.
 constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
 // Whether a reading is repeated on all three axes at once; one axis alone repeats by chance if its
 // steps are as coarse as its noise. A quiet sensor repeats its reading at rest before the move
-// begins or after it ends, so within `rest_radius` of the first reading only a run over half of the
-// move counts.
+// begins and after it ends, so a run within `rest_radius` of the first reading counts only if it
+// lasts for half of the move.
 bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
              const StreamSummary& gyroscope,
              double rest_radius) {
@@ -45,7 +46,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
                              const StreamSummary& gyroscope,
                              const std::vector<Eigen::Vector3d>& all) {
   if (move.time_ns.size() < 2) {
-    return Finding(FindingCode::kTurnGap, "the gyroscope has no readings during it");
+    return Finding(FindingCode::kTurnGap, "the gyroscope has no readings during the turn");
   }
   std::int64_t longest_gap_ns = 0;
   for (std::size_t i = 1; i < move.time_ns.size(); ++i) {
@@ -62,10 +63,10 @@ std::optional<Finding> Fault(const RecordedMove& move,
     const std::string name = std::string("gyroscope ") + AxisLetter(axis);
     const double before = move.gyroscope_raw.front()[axis];
     for (const double limit : {gyroscope.minimum_raw[axis], gyroscope.maximum_raw[axis]}) {
-      // For an axis that turned little, or only one way, an extreme is a reading at rest.
+      // If an axis turned little, or only one way, an extreme is a reading at rest.
       if (std::abs(limit - before) < rest_radius) continue;
       const double step = gyroscope.resolution_raw[axis];
-      // Saturation reaches its limit in several runs, the largest rate without it only once.
+      // Saturation gives several runs at the limit, a largest rate without saturation only one.
       if (RunsAtLimit(limit, step, axis, move.gyroscope_raw, gyroscope.repeats).empty() ||
           RunsAtLimit(limit, step, axis, all, gyroscope.repeats).size() < 2 ||
           !Acts(Mechanism::kTurnSaturated)) {

@@ -32,17 +32,18 @@ class MoveRecorder {
   /// Drops the readings inside `pose`, the next one that is complete.
   void DropRest(const StaticPose& pose);
 
-  /// Drops readings before this time and more than kLongestMoveS after the last complete pose. All
-  /// poses that end before this time are known.
+  /// Drops the readings before this time that are more than kLongestMoveS after the last complete
+  /// pose. All poses that end before this time must be known.
   void DropLongMove(std::int64_t judged_before_ns);
 
   /// The moves between consecutive poses of `set`, in order, with a fault if there is one.
   std::vector<RecordedMove> Moves(const PoseSet& set) const;
 
-  /// The readings in each span, in the order that spans were stated in, with a fault if any.
+  /// The readings in each span, in the order in which spans were stated, with a fault if there is
+  /// one.
   std::vector<RecordedMove> Spans(const PoseSet& set) const;
 
-  /// The last row read of the leading stream's file; -1 before.
+  /// The last row read of the leading stream's file; -1 before the first one.
   std::int64_t last_row() const { return last_row_; }
 
   /// The first and the last time read of the leading stream.
@@ -62,8 +63,8 @@ class MoveRecorder {
     bool is_by_row = true;
   };
 
-  // Removes all readings inside a stretch to drop except its first and last one, which end the
-  // turns beside it, and those in a span with one more on each side.
+  // Removes all readings inside the stretches to drop, except the first and last reading of each,
+  // which end the turns beside it, and except the readings in a span and one more on each side.
   void Compact(ReadingTrack* track) const;
 
   // The gyroscope's move from the reading at `first` to the one before `last`.

@@ -180,7 +180,7 @@ void DropDeadTemperature(PoseSet* set) {
   for (StaticPose& pose : set->poses) pose.temperature_degc.reset();
   for (KnownRate& rate : set->rates) rate.means.temperature_degc.reset();
   set->findings.emplace_back(FindingCode::kTemperatureMissing,
-                             "the temperature reads 0 throughout: taken as not recorded",
+                             "the temperature reads 0 throughout, so it is treated as not recorded",
                              "correct the column, or remove it");
 }
 
@@ -218,7 +218,7 @@ Result<PoseSet> CollectPoses(SampleSource& source,
     TRUETRIAD_ASSIGN_OR_RETURN(more, even.Next(&blocks));
     if (more) {
       if (info.has_time) {
-        // Traces are drawn with the rows that are left out as error words.
+        // Traces also show the rows that are left out afterwards as error words.
         for (const SampleBlock& block : blocks) recorders[block.triad].Add(block);
       }
       impossible.Apply(&blocks);

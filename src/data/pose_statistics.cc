@@ -14,20 +14,21 @@
 namespace truetriad {
 namespace {
 
-// Chosen: one-sided outliers are seen from 50 windows on, if mid-ranges of windows are off the
-// means by 4 σ and 5 % of a reading's noise; they shift the mean by half of that offset at most.
+// Chosen: with 50 windows or more, one-sided outliers show if mid-ranges differ from means by 4 σ
+// and by 5 % of a reading's noise. The mean shifts by half of this difference at most.
 constexpr double kFewestOneSided = 50.0, kOneSidedSigmas = 4.0, kOneSidedShare = 0.05,
                  kOneSidedMean = 0.5;
 
-// Variances are compared from 8 degrees of freedom on, with which σ is half of the variance.
+// Variances are compared if both have 8 degrees of freedom or more; σ is then half of the variance.
 constexpr double kEnoughDof = 8.0;
-// Longer batches are used if white noise gives their larger variance in one set of 1000 at most.
+// Longer batches are used if white noise would give their variance in one set of 1000 at most.
 constexpr double kLongerBatchLevel = 1e-3;
-// The level at which a pose is noisier than the others: small, as a set has many poses.
+// The significance at which a pose is noisier than the others: small, as a set has many poses.
 constexpr double kNoisierLevel = 1e-6;
-// Chosen: the least factor of variance (1.22 of σ) of a noisier pose; less excess is harmless.
+// Chosen: a noisier pose has at least 1.5 times the variance (1.22 times the σ) of the others; less
+// is harmless.
 constexpr double kNoisierFactor = 1.5;
-// Chosen: at most 128 segments of a long pose are kept, 64 or more after a merge: 8 an eighth.
+// Chosen: at most 128 segments of a long pose are kept. Merging leaves 64 or more, 8 in an eighth.
 constexpr std::size_t kMostSegments = 128;
 
 bool IsSignificantlyMore(double variance, double dof, double than, double than_dof, double level) {
@@ -40,7 +41,7 @@ class AxisNoise {
  public:
   AxisNoise(const std::vector<const TriadPoseMoments*>& poses, int axis)
       : poses_(poses), axis_(axis), noisier_(poses.size(), false) {
-    // Noisy poses raise the pool that they are compared with, so they are left out repeatedly.
+    // Noisy poses raise the pooled variance, so they are left out and the search is repeated.
     for (int round = 0; round < 5; ++round) {
       Pool();
       if (!FlagNoisier()) break;
@@ -52,7 +53,7 @@ class AxisNoise {
   double inflation() const { return white_variance() > 0.0 ? LongRun() / white_variance() : 1.0; }
   bool known() const { return white_.dof > 0.0; }
 
-  // Long-run variance of one sample of pose i; over n it is the variance of the pose's mean.
+  // Long-run variance of one sample of pose i; divided by n it is the variance of the pose's mean.
   double VarianceOfPose(std::size_t i) const {
     if (!noisier_[i]) return LongRun();
     const double own_white = White(*poses_[i]).variance()[axis_] * inflation();
@@ -72,7 +73,7 @@ class AxisNoise {
     return level < pose.batches.size() ? pose.batches[level] : BatchScatter();
   }
 
-  // Scatter of a stage, 0: inside the windows, l: of the means of batches of 2^(l-1) windows.
+  // Scatter of a stage. 0: inside the windows; l > 0: of the means of batches of 2^(l-1) windows.
   const BatchScatter& Stage(std::size_t stage) const {
     return stage == 0 ? white_ : batches_[stage - 1];
   }
@@ -143,8 +144,8 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
   return correlation;
 }
 
-// An outlier in a window moves the mid-range by half of its error and the mean by the error over
-// the window's count, so one-sided outliers show in the average of mid-range less mean over all
+// An outlier in a window moves the mid-range by half of its error, but the mean only by its error
+// over the number of readings. So one-sided outliers show in mid-range less mean, averaged over all
 // windows. Noise with tails of any length moves the mid-range to both sides alike.
 // In steps larger than the noise, extremes are rounded to one side in all windows alike.
 Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
@@ -264,7 +265,7 @@ MeanAndVariance Rounded(double place, double sigma) {
   return {place + sum, square - sum * sum};
 }
 
-// The variance of rounded readings of this mean, for noise of `sigma` before rounding.
+// The variance of rounded readings with this mean, if the noise before rounding is `sigma`.
 double VarianceOfRounded(double mean, double sigma) {
   double low = mean - 1.0, high = mean + 1.0;
   while (high - low > 1e-6) {

@@ -16,7 +16,7 @@ namespace truetriad {
 
 /// Scatter of the means of equally long batches of samples about a line in time, per axis.
 struct BatchScatter {
-  Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Sum, times samples a batch.
+  Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Sum of squares * samples per batch.
   double dof = 0.0;
 
   void Add(const BatchScatter& other) {
@@ -32,8 +32,8 @@ struct BatchScatter {
 
 /// Number of equal parts of a pose that are compared with each other.
 inline constexpr std::size_t kEighths = 8;
-/// Chosen: an eighth that differs from the middle half by 8 times its white noise and 8 times the
-/// drift of the middle half differs not by chance.
+/// Chosen: if an eighth differs from the middle half by over 8 times its white noise and over 8
+/// times the drift of the middle half, this is not by chance.
 inline constexpr double kClearFactor = 8.0;
 
 /// `eighths` must have kEighths elements.
@@ -49,7 +49,7 @@ struct TriadPoseMoments {
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
-  /// Sums over windows of the mid-range (of the extremes) less the mean, and of its square.
+  /// Sums over windows of d = mid-range (of the extremes) less mean, and of d^2.
   Eigen::Array3d off_middle = Eigen::Array3d::Zero();
   Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
@@ -58,7 +58,8 @@ struct TriadPoseMoments {
   Eigen::Array3d at_maximum = Eigen::Array3d::Zero();
   /// Batches of 1, 2, 4, … windows.
   std::vector<BatchScatter> batches;
-  /// Means of eighths of the pose less `mean_raw`, in order; empty below two segments per eighth.
+  /// Means of the eighths less `mean_raw`, in order; empty if an eighth has fewer than two
+  /// segments.
   std::vector<Eigen::Vector3d> eighths_raw;
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
@@ -101,7 +102,7 @@ class TriadPoseAccumulator {
   bool empty() const { return total_.count == 0; }
 
  private:
-  // Consecutive windows, equally many in each.
+  // Consecutive windows; all segments have the same number of them.
   struct Segment {
     double samples = 0.0;
     Eigen::Vector3d mean = Eigen::Vector3d::Zero();
@@ -111,7 +112,7 @@ class TriadPoseAccumulator {
   std::vector<Eigen::Vector3d> Eighths() const;
 
   struct Level {
-    RunningLine<Eigen::Array3d> line{Eigen::Array3d::Zero()};  // Batch means against their number.
+    RunningLine<Eigen::Array3d> line{Eigen::Array3d::Zero()};  // Batch means over window number.
     double samples = 0.0;
     // The first of two batches that make one of the next level.
     Eigen::Array3d half_mean = Eigen::Array3d::Zero();
@@ -150,10 +151,10 @@ class PoseAccumulator {
 
 /// Fills the covariances of all poses of a set and the noise of its streams.
 ///
-/// Noise is pooled over the poses: the white part from inside the windows, and the long-run part
-/// from batch means with batches of 1, 2, 4, … windows. The inflation is the ratio of long-run to
-/// white variance, at the shortest batches beyond which it does not grow significantly; that of
-/// white noise is 1. A pose that is significantly noisier than the others keeps its own variance.
+/// Noise is pooled over the poses: the white part from inside the windows, the long-run part from
+/// the means of batches of 1, 2, 4, … windows. The inflation is the ratio of long-run to white
+/// variance, at the shortest batches beyond which it does not grow significantly; white noise has
+/// inflation 1. A pose that is significantly noisier than the others keeps its own variance.
 ///   covariance of the mean = D R D / n,  D^2 = variance * inflation,  R: correlation of the axes
 /// plus the rounding of coarse steps, q^2/12 exp(-4 pi^2 sigma^2/q^2) per axis, which no averaging
 /// reduces.
@@ -169,9 +170,10 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
 /// poses: in a single pose half-way between two steps readings scatter by half a step.
 double RoundingVariance(double variance, double step);
 
-/// As RoundingVariance, but if all poses lie at one place between two steps, as a gyroscope's rests
-/// do; `mean` and `variance` are of the rounded readings. Half-way between two steps these scatter
-/// by half a step however small the noise is, so the noise that explains both is sought.
+/// Like RoundingVariance, if all poses lie at one place between two steps, as a gyroscope's rests
+/// do. `mean` and `variance` are of the rounded readings. Half-way between two steps, readings
+/// scatter by half a step however small the noise is, so the noise that explains both values is
+/// sought.
 double RoundingVarianceAt(double mean, double variance, double step);
 
 /// Lowest, mean and highest temperature of the poses; unset if any pose has none.

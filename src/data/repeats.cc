@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-// The runs of at least `fewest` equal readings: equal on `axis`, or without it on all axes.
+// The runs of at least `fewest` readings that are equal on `axis`, or on all axes if it is unset.
 std::vector<EqualReadings> RunsOfEquals(const std::vector<Eigen::Vector3d>& readings,
                                         std::optional<Eigen::Index> axis,
                                         std::size_t fewest) {
@@ -44,7 +44,7 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
   };
   std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, fewest);
   std::erase_if(runs, [&](const EqualReadings& run) {
-    // The place before the first reading counts as far, too: index 0 - 1 is beyond the last.
+    // The place before the first reading counts as far, too: index 0 - 1 wraps to beyond the last.
     return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));
   });
   return runs;
@@ -127,9 +127,9 @@ void LeaveOutRepeats(PoseSet* set) {
   });
   Finding finding(FindingCode::kRepeatedRows,
                   Counted(static_cast<std::int64_t>(repeats), "reading") +
-                      " repeat the row before to the last digit, and count once: the log is faster "
+                      " left out as equal to the row before to the last digit: the log is faster "
                       "than the sensor, or the sensor is stuck");
-  // Fewer than half are a note only, since a coarse sensor repeats by chance.
+  // If fewer than half repeat, this is a note only, since a coarse sensor repeats by chance.
   if (2.0 * repeats < all) finding.As(Severity::kNote);
   set->findings.push_back(finding.With("rows", repeats));
 }

@@ -22,17 +22,18 @@
 namespace truetriad {
 namespace {
 
-// Chosen, of a triad's range over all attitudes (2 g of an accelerometer): the ends of a rest are
-// at most 0.6 deg off its middle.
+// Chosen: a share of a triad's range over all attitudes, which is 2 g for an accelerometer. The
+// ends of a rest are at most this far, 0.6 deg, from its middle.
 constexpr double kMovedShare = 0.005;
-// Chosen, of that range: 3 deg RMS in the middle of a rest, as in the hand, make its mean useless.
+// Chosen: a share of the same range. Moving by 3 deg RMS, as in the hand, makes a rest's mean
+// useless.
 constexpr double kWanderShare = 0.03;
 // Chosen: four rests determine by how much readings differ from attitude to attitude.
 constexpr std::size_t kFewestRests = 4;
 
 // How far a triad moves within one rest, per axis, raw unit.
 struct Movement {
-  Eigen::Array3d ends = Eigen::Array3d::Zero();    // Farthest outer eighth from the middle half.
+  Eigen::Array3d ends = Eigen::Array3d::Zero();    // Largest |outer eighth - middle half|.
   Eigen::Array3d wander = Eigen::Array3d::Zero();  // RMS within the middle half.
   Eigen::Array3d noise = Eigen::Array3d::Zero();   // White noise of an eighth.
 };
@@ -96,7 +97,7 @@ MovingRests FindMoving(Triad triad,
     return medians;
   };
   const double range = RangeOf(triad, set);
-  // Noise below a step changes a reading to the next step by chance.
+  // If noise is below a step, a reading changes to the next step by chance.
   const Eigen::Array3d step = set.Find(triad)->resolution_raw.array();
   const Eigen::Array3d noise = kClearFactor * usual(&Movement::wander).max(usual(&Movement::noise));
   const Eigen::Array3d limit = noise.max(kMovedShare * range).max(step);
@@ -111,18 +112,19 @@ MovingRests FindMoving(Triad triad,
   return found;
 }
 
-// Removes a triad's readings from rests in which they change while another triad's do not: the unit
-// is still, but a clock with an error of part of a second puts the end of the turn before, or the
-// beginning of the turn after, into the rest; or a magnet passes.
+// Removes a triad's readings from rests in which they change while those of the other triad do not.
+// The unit is then still, but a clock is wrong by a part of a second, so that the end of one turn
+// or the beginning of the next falls into the rest; or a magnet passes.
 //
-// A triad moves in a rest if one of the two outer eighths on a side differs from the middle half by
-// more than kMovedShare of the range over all rests, and by more than kClearFactor times the median
-// drift of the rests' middles and their noise; or if the middle itself drifts by kWanderShare of
-// the range. A difference of one step of the sensor does not count.
+// A triad moves in a rest if an outer eighth (two on each side) differs from the middle half by
+// over kMovedShare of the range over all rests, and by over kClearFactor times both the median
+// drift of the rests' middles and their median noise. A triad also moves if the middle itself
+// drifts by over kWanderShare of the range and kClearFactor times its noise. Differences of up to
+// one step of the sensor do not count.
 //
-// Warns with the numbers of the rests. If a triad moves in most rests, all its readings stay,
+// Adds a finding that names the rests. If a triad moves in most rests, all its readings stay,
 // without a finding. Returns whether any reading was removed. `moments[i]` belongs to
-// set->poses[i], which need their numbers.
+// set->poses[i]; the poses need their numbers.
 bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments, PoseSet* set) {
   PerTriad<MovingRests> found;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
@@ -130,7 +132,7 @@ bool RemoveMovingReadings(const std::vector<PerTriad<TriadPoseMoments>>& moments
     found[triad] = FindMoving(triad, moments, *set);
     if (found[triad].known < kFewestRests) return false;
   }
-  // A rest in which both triads move is no effect of clocks.
+  // If both triads move in a rest, clocks are not the reason.
   for (std::size_t i = 0; i < set->poses.size(); ++i) {
     auto accelerometer = found[Triad::kAccelerometer].moves[i];
     auto magnetometer = found[Triad::kMagnetometer].moves[i];

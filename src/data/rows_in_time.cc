@@ -14,14 +14,15 @@
 namespace truetriad {
 namespace {
 
-// Readings that differ by less than 1 degree (2 of the noisier magnetometer), as a share of their
-// length, are of one attitude. Of random attitudes one in ten thousand is as close to the one
-// before. The field is compared, too: only it changes in a table of headings, 5 degrees apart.
+// Two readings are of one attitude if they differ by less than 1 degree (2 for the noisier
+// magnetometer), as a share of their length. One in ten thousand random attitudes is as close to
+// the attitude before. The field is compared, too: in a table of headings, 5 degrees apart, only
+// the field changes.
 constexpr double kLikeForce = 0.0175, kLikeField = 0.035;
 
 // 5.7 deg/s: at rest no gyroscope differs more than a few deg/s from its bias.
 constexpr double kTurningRadps = 0.1;
-constexpr double kMostTurning = 0.05;  // Chosen, of the rows: accidents disturb fewer.
+constexpr double kMostTurning = 0.05;  // Chosen: share of rows; accidents disturb fewer.
 
 constexpr const char* kRemedy =
     "Add a column `time[s]`, or state the sampling rate in a manifest (`time: {unit: samples, "

@@ -17,7 +17,7 @@ namespace {
 // are shifted, since recordings often start at zero.
 constexpr std::int64_t kApartNs = 1'000'000'000;
 
-// The file with its folder, "b/recording.yaml", as a whole path is too long for a finding.
+// Names of the folder and the file, "b/recording.yaml"; a whole path is too long for a finding.
 std::string ShortName(const std::string& source) {
   const std::filesystem::path path(source);
   const std::string folder = path.parent_path().filename().string();
@@ -36,7 +36,7 @@ void PoolStreams(const StreamSummary& more, StreamSummary* pooled) {
           .eval();
   pooled->correlation_inflation =
       mean(pooled->correlation_inflation, more.correlation_inflation).eval();
-  // The smaller scatter is kept, so that one session with normalised readings shows.
+  // The smaller scatter is kept, so that one session with normalised readings is noticed.
   if (more.length_scatter < pooled->length_scatter) {
     pooled->length_raw = more.length_raw;
     pooled->length_scatter = more.length_scatter;
@@ -90,7 +90,8 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
     return Error(ErrorCode::kOtherDevice,
                  {more.source},
                  "is a recording of unit `" + more.serial + "`, but " + source + " is of unit `" +
-                     first.serial + "`; sessions are of one unit: give that unit's recording");
+                     first.serial +
+                     "`; all sessions must be of one unit: give recordings of one unit");
   }
   for (const Triad triad : kTriads) {
     const auto &id = first.tags.device_ids[triad], &other = more.tags.device_ids[triad];
@@ -98,8 +99,8 @@ Status CheckAgree(const PoseSet& first, const PoseSet& more) {
     return Error(
         ErrorCode::kOtherDevice,
         {more.source},
-        "is of the " + std::string(TriadName(triad)) + " " + std::to_string(*other) + ", but " +
-            source + " is of " + std::to_string(*id) +
+        "is a recording of the " + std::string(TriadName(triad)) + " " + std::to_string(*other) +
+            ", but " + source + " is of " + std::to_string(*id) +
             "; all sessions must be of the same sensors: calibrate each recording by itself");
   }
   TRUETRIAD_RETURN_IF_ERROR(CheckSameMount(first, more));
@@ -180,8 +181,8 @@ void TakePlacesOf(const PoseSet& more, PoseSet* set) {
   if (!has_changed) return;
   set->findings.push_back(
       Finding(FindingCode::kMessage,
-              "the vehicle numbers these sensors differently in " + ShortName(more.source) +
-                  " than in earlier logs; exports take the numbers of the last log",
+              "the vehicle numbers its sensors differently in " + ShortName(more.source) +
+                  " than in earlier logs; exports use the numbers of the last log",
               "give the logs in the order in which they were recorded")
           .As(Severity::kWarning));
 }

@@ -28,18 +28,18 @@ constexpr double kFewestLevels = 2.0 / kLevelStep;
 
 // A mean within 4 σ of its noise has not moved; white noise exceeds that once in 16000.
 constexpr double kNoiseSigmas = 4.0;
-// The mean of a rest may move by 1 % of the range, that is 1.1 deg of 2 g: averaging over such a
-// turn shortens the mean of a unit vector by 2e-5 only.
+// In a rest the mean may move by 1 % of the range, which is 1.1 deg if the range is 2 g. Averaging
+// over such a turn shortens the mean of a unit vector by only 2e-5.
 constexpr double kSteadyShare = 0.01;
 // Chosen: a rest may also drift thermally, by this share of the range in a second: 0.1 mg/s of 2 g.
 constexpr double kThermalShareHz = 5e-5;
-// Chosen, of the range, 2 g: attitudes within 6 mg (0.3 deg) before and after a knock are the same,
-// and a tilt by more than 0.1 g (6 deg) during it is handling.
+// Chosen: shares of the range, 2 g. Before and after a knock attitudes are the same if they differ
+// by up to 6 mg (0.3 deg); a tilt by more than 0.1 g (6 deg) during the knock is handling.
 constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
-// Chosen: the heading is the same if the gyroscope's integral about each axis is within 2.9 deg; in
-// an unknown unit, within 0.02 s times the range of its readings.
+// Chosen: the heading is the same if the gyroscope's integral about each axis is up to 2.9 deg. If
+// the unit is unknown, the limit is 0.02 s times the range of the readings.
 constexpr double kSameHeadingRad = 0.05, kSameHeadingShareS = 0.02;
-// Chosen, of its range: the gyroscope's reading after a knock is that before it to this share.
+// Chosen: after a knock the gyroscope's reading is as before, to this share of the range.
 constexpr double kSameRateShare = 0.005;
 
 Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
@@ -70,9 +70,9 @@ Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
   return scatter / std::max(dof, 1.0) / std::max(samples, 1.0);
 }
 
-// Share of MeanVarianceOf that is white noise, squared: 1 if means of neighbouring windows differ
-// as much as white noise with the scatter within windows makes them, and less the more they differ,
-// as in a trembling or turning hand.
+// Square of the share of MeanVarianceOf that is white noise. It is 1 if the means of neighbouring
+// windows differ by no more than the scatter within windows explains. The more they differ, as in a
+// trembling or turning hand, the smaller it is.
 Eigen::Array3d WhiteShareOf(const std::vector<TriadWindow>& windows,
                             std::size_t begin,
                             std::size_t end) {
@@ -138,8 +138,8 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
   MeasureActivity(buffer, count, usable);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  // Motion inside the ends of a rest is missing from the turns beside it, so if there are turns,
-  // shorter rests are cut, too. Else a whole short rest has a better mean than its middle.
+  // If turns are used, shorter rests are cut, too: motion inside the ends of a rest is missing from
+  // the turns beside it. Otherwise a whole short rest has a better mean than its middle.
   const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
@@ -155,7 +155,7 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
 }
 
 void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) {
-  // Some thousand windows determine the range; the outer 1 % excludes shocks.
+  // Up to 1024 windows determine the range; leaving out 1 % on each side excludes shocks.
   const std::size_t stride = count / 1024 + 1;
   std::vector<double> means;
   for (const DetectorTriad& known : all_) {
@@ -188,8 +188,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
     double product = 1.0;
     for (const DetectorTriad& known : triads_) {
       const double range = range_raw_[known.triad];
-      // A reading that stays on one step has the variance of the step, and noise-free (simulated)
-      // readings must not give the logarithm of zero.
+      // A reading that stays on one step has the variance of rounding. If readings have no noise
+      // (simulated), the logarithm of zero must not be taken.
       const double floor = known.resolution_raw.squaredNorm() / 12.0 + 1e-12 * range * range +
                            std::numeric_limits<double>::min();
       product *= floor + TotalVariance(buffer.windows(known.triad), last + 1 - kSpan, last + 1);
@@ -238,7 +238,8 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
   for (int step = 0; step < levels; ++step) {
     rests.push_back(RestsBelow(buffer, lowest + kLevelStep * step).size());
   }
-  // For each number n of rests: the runs of levels with at least n, scored by their width.
+  // For each number n of rests: finds the runs of levels that give at least n rests. The score of a
+  // run is n times its width, which counts up to kPersistentLevels.
   double best_score = 0.0, best_level = -kNever;
   for (const std::size_t number : rests) {
     if (number == 0) continue;
@@ -246,7 +247,7 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
       if (rests[begin] < number) continue;
       std::size_t end = begin + 1;
       while (end < rests.size() && rests[end] >= number) ++end;
-      const bool reaches_top = end == rests.size();  // Holds at any level above.
+      const bool reaches_top = end == rests.size();  // As many rests remain at any level above.
       const auto width = static_cast<double>(end - begin) + (reaches_top ? kPersistentLevels : 0.0);
       const double first_level = lowest + kLevelStep * static_cast<double>(begin);
       begin = end;
@@ -282,7 +283,7 @@ std::vector<Rest> StaticDetector::RestsBelow(const WindowBuffer& buffer, double 
   return rests;
 }
 
-// Cuts the ends that differ from the middle; false when the mean moves throughout.
+// Cuts the ends that differ from the middle. False if most is cut or the mean moves in between.
 bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run) const {
   const Triad leading = triads_.front().triad;
   const auto& windows = buffer.windows(leading);
@@ -309,14 +310,14 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   while (cut.second - kSpan > middle && is_away(cut.second - kSpan)) --cut.second;
   const bool mostly_steady = 2 * (cut.second - cut.first) >= end - begin;
   *run = cut;
-  // In between, two places are checked, which finds a turn there and back.
+  // Two places in between are checked as well, to find a turn there and back.
   const std::size_t third = (cut.second - cut.first - kSpan) / 3;
   return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
 }
 
-// Cuts up to a quarter at each end of a rest of `fewest` windows or more, while the mean there
-// differs by more than 4 times the noise and the drift of the rest's middle half. A steady drift is
-// not cut: at the ends it is 3.5 times its RMS in the middle half.
+// If a rest has `fewest` windows or more, cuts up to a quarter at each end, as long as the mean
+// there differs from the middle half by over 4 times both the noise and the drift of this half. A
+// steady drift is not cut: at the ends it is 3.5 times its RMS in the middle half.
 void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows,
                                  std::size_t fewest,
                                  WindowRun* run) {
@@ -347,7 +348,7 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
                              const WindowRun& later) const {
   const auto silent =
       static_cast<double>(buffer.index(later.first) - buffer.index(earlier.second - 1) - 1);
-  // The activity extends the gap beyond the knock by the span.
+  // The activity's span makes the gap longer than the knock.
   if ((silent - static_cast<double>(kSpan - 1)) * window_s_ > options_.max_knock_s) return false;
   const WindowRun before{earlier.second - std::min(kSpan, earlier.second - earlier.first),
                          earlier.second};
@@ -360,9 +361,9 @@ bool StaticDetector::IsKnock(const WindowBuffer& buffer,
          !WasHandled(buffer, before, after);
 }
 
-// True if the triad has the same reading before and after the gap. A turn about the vertical does
-// not show in the accelerometer, nor one about the field in the magnetometer, so a gyroscope must
-// not have turned during the gap either.
+// True if the triad has the same reading before and after the gap. The accelerometer does not show
+// a turn about the vertical, nor the magnetometer a turn about the field. So a gyroscope must not
+// have turned during the gap either.
 bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
                                 const DetectorTriad& known,
                                 const WindowRun& before,
@@ -373,7 +374,7 @@ bool StaticDetector::IsAsBefore(const WindowBuffer& buffer,
   if (samples_before == 0.0 || samples_after == 0.0) return true;
   const bool is_rate = known.triad == Triad::kGyroscope;
   double limit_raw = (is_rate ? kSameRateShare : kSameAttitudeShare) * range_raw_[known.triad];
-  // For the leading triad no noise is added, so that a small turn is not hidden.
+  // The limit of the leading triad has no share for noise, so that a small turn is not hidden.
   if (known.triad != triads_.front().triad) {
     limit_raw += kNoiseSigmas *
                  std::sqrt(TotalVariance(windows, before.first, before.second) / samples_before +

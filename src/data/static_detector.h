@@ -17,8 +17,8 @@ namespace truetriad {
 /// Windows [first, second) of a buffer.
 using WindowRun = std::pair<std::size_t, std::size_t>;
 
-/// A rest as runs of windows in order; what lies between two runs is a knock, which belongs to
-/// the rest in time but not to its statistics.
+/// A rest as runs of windows in order. Between two runs is a knock, which belongs to the rest in
+/// time but not to its statistics.
 struct Rest {
   std::vector<WindowRun> runs;
   std::size_t begin() const { return runs.front().first; }
@@ -38,25 +38,27 @@ struct DetectorTriad {
 
 /// Finds the rests of a recording from its windows, without tuning and in any unit.
 ///
-/// The measure of a window is its activity: log2 of the total variance (noise, tremor and change
-/// of the mean) over five windows around it, averaged over the triads in use. A rest is a run of
-/// windows below a level. Every level between the quietest and the most active window is tried;
-/// a run counts when it lasts long enough and its mean changes by at most 1 % of the range of the
-/// signal (kSteadyShare). Levels within the sensor's noise cut rests into pieces too short to
-/// count, levels within the motion include handling and fail the test of the mean; in between the
-/// number of rests is constant over a wide range of levels. The level chosen has the most rests
-/// among those whose number persists. A sensor that always turns has no level with rests.
+/// The measure of a window is its activity: log2 of the total variance (noise, tremor and change of
+/// the mean) over five windows around it, averaged over the triads in use. A rest is a run of
+/// windows below a level. Every level between the quietest and the most active window is tried; a
+/// run counts if it lasts long enough and its mean changes by at most 1 % of the range of the
+/// signal (kSteadyShare). Levels within the sensor's noise cut rests into pieces that are too
+/// short. Levels within the motion include handling, so that the mean changes too much. In between,
+/// the number of rests is constant over a wide range of levels. Of the levels whose number of rests
+/// persists, the one with the most rests is chosen. A sensor that always turns has no level with
+/// rests.
 class StaticDetector {
  public:
   /// `triads` distinguish rest from motion; the mean of the first one must be steady in a rest.
-  /// `witnesses` only show whether the attitude after a knock is that before it.
+  /// `witnesses` only show whether the attitude is the same before and after a knock.
   StaticDetector(const StaticDetectorOptions& options,
                  std::vector<DetectorTriad> triads,
                  const std::vector<DetectorTriad>& witnesses,
                  double window_s);
 
-  /// Rests among windows [0, count) of the buffer; windows with `usable` false are in none. The
-  /// range of the signal is kept from earlier calls, so that a long recording can be read in parts.
+  /// The rests among windows [0, count) of the buffer; no rest contains a window whose `usable` is
+  /// false. The range of the signal is kept from earlier calls, so that a long recording can be
+  /// read in parts.
   std::vector<Rest> Find(const WindowBuffer& buffer,
                          std::size_t count,
                          const std::vector<bool>& usable);
@@ -91,7 +93,7 @@ class StaticDetector {
   std::vector<DetectorTriad> triads_;
   std::vector<DetectorTriad> all_;  // Both triads_ and the witnesses.
   double window_s_;
-  PerTriad<double> range_raw_;   // Range of the window means, which turning the unit makes.
+  PerTriad<double> range_raw_;   // Range of the means of windows as the unit turns.
   std::vector<float> activity_;  // Infinity: not usable.
 };
 

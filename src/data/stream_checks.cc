@@ -83,7 +83,7 @@ Status StreamMonitor::Add(const SampleBlock& block) {
     lengths_.Add({block.x[i], block.y[i], block.z[i]});
   }
   for (const double temperature : block.temperature_degc) {
-    // False for NaN, which stands for a temperature not known yet.
+    // A temperature that is not known yet is NaN; both comparisons are then false.
     if (temperature < lowest_degc_) lowest_degc_ = temperature;
     if (temperature > highest_degc_) highest_degc_ = temperature;
   }
@@ -200,7 +200,8 @@ double StreamMonitor::UsualRepeats() const {
 }
 
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  // Chosen: a stuck sensor leaves its reading once, a faulty bus a few times.
+  // Chosen: another reading follows that of a dead band eight times or more; that of a stuck sensor
+  // once, of a faulty bus a few times.
   constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
@@ -243,7 +244,7 @@ Result<StreamSummary> StreamMonitor::Summary(const StreamCounts& counts) const {
   if (!has_time_) return summary;
   summary.duplicate_times = duplicate_times_;
   StreamMonitor all = *this;
-  if (usual_ns_ == 0.0) all.CountFirst();  // A short stream has not counted yet.
+  if (usual_ns_ == 0.0) all.CountFirst();  // A short stream has not counted gaps yet.
   const std::int64_t without_gaps_ns = last_ns_ - first_ns_ - all.interruptions_ns_;
   if (without_gaps_ns > 0) {
     summary.rate_hz = 1e9 * static_cast<double>(samples_ - 1 - all.interruptions_) /
@@ -314,8 +315,9 @@ bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t c
     if (window.count < 3 || i == 0 || windows[i - 1].count == 0) continue;
     const auto steps = static_cast<double>(window.count - 1);
     const double variance = window.scatter_raw.trace() / steps;
-    // Noise scatters the readings more than their means; a smooth motion moves the means more,
-    // by a factor of 12 for a straight line. Noise-free recordings have motion only.
+    // Noise scatters the readings in a window more than the means of windows. A smooth motion moves
+    // the means more, by a factor of 12 for a straight line. Noise-free recordings have only
+    // motion.
     if (!((window.mean_raw - windows[i - 1].mean_raw).squaredNorm() < variance)) continue;
     noisy.push_back({variance, static_cast<double>(window.repeats) / steps});
   }
@@ -397,8 +399,8 @@ bool IsFlat(const TriadPoseMoments& pose, int axis) {
   return pose.minimum_raw[axis] == pose.maximum_raw[axis];
 }
 
-// Median noise of the poses in which the axis changes; 0 when there is none. The pooled noise is
-// not used, since clipped poses have none and lower it.
+// Median noise of the poses in which the axis changes; 0 if there are none. Noise pooled over all
+// poses would be too low, since clipped poses have none.
 double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
   std::vector<double> variances;
   for (const PerTriad<TriadPoseMoments>& pose : moments) {
@@ -519,8 +521,9 @@ Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
   }
   const auto state = [set](FindingCode code, const std::string& what, const Kind& kind) {
     if (kind.poses.empty()) return;
-    set->findings.push_back(Finding(code, what + kind.words + "; its readings there are skipped")
-                                .With("poses", static_cast<double>(kind.poses.size())));
+    set->findings.push_back(
+        Finding(code, what + kind.words + "; the sensor's readings there are skipped")
+            .With("poses", static_cast<double>(kind.poses.size())));
   };
   state(FindingCode::kClippedPoses, "clipped: ", clipped);
   state(FindingCode::kStuckReadings, "", stuck);

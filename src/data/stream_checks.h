@@ -33,12 +33,12 @@ class StreamMonitor {
   /// Error: time goes backwards, or a reading is not finite.
   Status Add(const SampleBlock& block);
 
-  /// UsualSpacing of the first thousand samples, ns; 0 before there are two, or without time.
+  /// UsualSpacing of the first thousand samples, ns (without time: rows); 0 before there are two.
   double spacing_ns() const;
   /// Smallest nonzero change between neighbouring readings, by axis; 0: there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// The smallest step at rest: of a gyroscope with a dead band at least twice that band, which is
-  /// the smallest change from the reading that it repeats.
+  /// The smallest step at rest. If a gyroscope has a dead band, the step is at least twice the
+  /// band, which is the smallest change from the reading that is repeated.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -75,7 +75,7 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // The reading repeated most, how often it was left for another, and the smallest change then.
+  // The reading repeated most, how often another followed it, and the least change when one did.
   struct Repeated {
     double value = 0.0;
     std::int64_t votes = 0, left = 0;
@@ -96,9 +96,9 @@ class StreamMonitor {
 
 /// Finds intervals in which a sensor repeats one reading although its noise forbids it.
 ///
-/// The reference is windows at rest with noise: if readings there rarely repeat the one before, a
-/// long run of equal readings is a frozen sensor or bus. A sensor whose noise is below its step
-/// repeats itself most of the time, and is not judged.
+/// The reference is a set of windows at rest with noise. If readings there rarely equal the reading
+/// before, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is below
+/// its step repeats itself most of the time, and is not judged.
 class StuckFinder {
  public:
   explicit StuckFinder(std::int64_t origin_ns) : origin_ns_(origin_ns) {}
@@ -131,8 +131,8 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
                                      const std::vector<PerTriad<TriadPoseMoments>>& moments,
                                      const std::vector<StreamSummary>& streams);
 
-/// Removes the readings of a sensor from the poses in which one of its axes is flat, with findings;
-/// returns whether there were any. Error: more than half of the poses are affected.
+/// Removes the readings of a sensor from the poses in which one of its axes is flat, with findings.
+/// Returns whether there were such poses. Error: more than half of the poses are affected.
 Result<bool> RemoveFlatReadings(const PerTriad<Eigen::Vector3d>& resolution_raw,
                                 std::vector<PerTriad<TriadPoseMoments>>* moments,
                                 PoseSet* set);

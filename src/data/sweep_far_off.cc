@@ -19,8 +19,8 @@
 namespace truetriad {
 namespace {
 
-// A cell is an outlier if its residual exceeds 10 σ, as white noise does once in 10^22, and it is
-// outside the range of its two neighbours as well.
+// A cell is an outlier if its residual exceeds 10 σ, as white noise does once in 10^22, and if it
+// is also outside the range of its two neighbours.
 constexpr double kFarOffSigmas = 10.0;
 // Chosen: no temperature changes specific force by 3 % from one window to the next.
 constexpr double kTurnedShare = 0.03;
@@ -74,8 +74,8 @@ double UsualStep(const std::vector<double>& value) {
   return steps.empty() ? 0.0 : Median(std::move(steps));
 }
 
-// Marks values with a residual `off` above the limit that are also beyond both neighbours: a
-// turning point, which is off any line, is beyond its neighbours by a median step at most.
+// Marks values whose residual `off` is above the limit and which are also beyond both neighbours. A
+// turning point is off any line, but it is beyond its neighbours by a median step at most.
 std::vector<bool> FarOff(const std::vector<double>& value,
                          const std::vector<double>& off,
                          double least) {
@@ -128,7 +128,7 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  // A reading that a slow thermometer repeats has the error of the change since it was taken.
+  // If a slow thermometer repeats a reading, its error is the change since it was taken.
   const bool is_held = thermometer_.hold_s() > 0.0;
   const std::vector<bool> odd_degc =
       is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
@@ -216,10 +216,10 @@ Status CheckHeld(const PoseSet& set) {
 
 void NameTurns(PoseSet* set) {
   constexpr Triad kTriad = Triad::kAccelerometer;
-  // Chosen: a step is between the medians of five windows on each side; 8 times as many are needed.
+  // Chosen: a step is the difference of the medians of five windows on each side; 40 are needed.
   constexpr std::size_t kReach = 5;
-  // Chosen: a turn is a step of over 8 times the median step, 8 times the noise of a mean, and 1e-3
-  // of gravity (0.06 deg), of which at most 0.3 is along gravity.
+  // Chosen: a step is a turn if it is over 8 times the median step, over 8 times the noise of a
+  // mean and over 1e-3 of gravity (0.06 deg), and if at most 0.3 of it is along gravity.
   constexpr double kUsual = 8.0, kShare = 1e-3, kAlong = 0.3;
   std::vector<std::size_t> index;
   for (std::size_t k = 0; k < set->poses.size(); ++k) {
@@ -267,8 +267,8 @@ void NameTurns(PoseSet* set) {
     set->findings.push_back(
         Finding(FindingCode::kUnitTurned,
                 "near row " + std::to_string(set->poses[index[i]].first_row) +
-                    " the accelerometer steps as if the unit was turned by " + Fixed1(degrees) +
-                    " degrees and stays there, which is not a thermal effect",
+                    " the accelerometer's reading steps as if the unit was turned by " +
+                    Fixed1(degrees) + " degrees, and stays there; this is not a thermal effect",
                 "fix the unit in place and repeat, or state when each attitude was held: `poses: { "
                 "sweep: { attitudes: poses.yaml } }`")
             .About(Triad::kAccelerometer)

@@ -17,12 +17,12 @@
 namespace truetriad {
 namespace {
 
-// The most cells: two hours of 0.25 s; their sums take some megabytes.
+// The largest number of cells: two hours of 0.25 s each; their sums take some megabytes.
 constexpr std::size_t kMaxCells = 32768;
 // Chosen: cells of 0.25 s if the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
 // Chosen: four windows for each of the ten or so thermal terms of an axis; a slow thermometer must
-// be read as often.
+// give as many readings.
 constexpr std::size_t kFewestCells = 40;
 // Chosen: a window ends when the temperature has changed by this share of its range, or when this
 // share of the recording has passed, so that a sweep of one ramp has at most 600 windows.
@@ -333,7 +333,7 @@ void SweepCutter::LeaveOutWithoutTemperature(PoseSet* set) {
     ++seen;
     if (cell.degc_count == 0) ++without;
   }
-  // Chosen: less is not reported, as a percent of a sweep changes its terms little.
+  // Chosen: a smaller share is not reported, as a percent of a sweep changes its terms little.
   constexpr double kNotableWithoutDegc = 0.01;
   if (static_cast<double>(without) > kNotableWithoutDegc * static_cast<double>(seen)) {
     const double share = static_cast<double>(without) / static_cast<double>(seen);
@@ -387,7 +387,8 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
                                 .With("interval", thermometer_.hold_s(), "s")
                                 .With("readings", taken));
   } else {
-    // With fewer temperature readings, a window lasts as long as one of them is repeated.
+    // Turns are sought only with enough temperature readings; else one reading fills a whole
+    // window.
     NameTurns(set);
   }
 }

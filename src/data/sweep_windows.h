@@ -91,8 +91,8 @@ class SweepCutter : public Collector {
 /// Error: gravity jumps between two windows of one attitude, as if the unit was turned.
 Status CheckHeld(const PoseSet& set);
 
-/// Warns of a small turn: gravity steps perpendicularly to itself and stays there. Effects of
-/// temperature are slow, and also along gravity.
+/// Warns of small turns: the reading of gravity steps at right angles to gravity and stays there.
+/// Effects of temperature are slow, and partly along gravity.
 void NameTurns(PoseSet* set);
 
 }  // namespace truetriad

@@ -16,44 +16,45 @@ namespace {
 
 // Chosen: fewer stamps do not determine their kind.
 constexpr std::size_t kFewestStamps = 64;
-// Chosen: the interval is the mean of the steps within 55 % of the usual step, if 70 % of all steps
-// are; a lost sample makes a step 100 % longer.
+// Chosen: if 70 % of all steps are within 55 % of the usual step, the interval is the mean of these
+// steps; a lost sample makes a step 100 % longer.
 constexpr double kNearUsual = 0.55, kShareOfUsual = 0.7;
-// Chosen: else the interval is the median slope over the fewest steps, kBurstSamples at most, with
-// which slopes agree to 1 %, as most of such short stretches have no lost sample.
+// Chosen: otherwise the interval is the median slope over a number of steps: the fewest with which
+// slopes agree to 1 %, kBurstSamples at most. Most of such short stretches have no lost sample.
 constexpr double kSlopeScatter = 0.01;
 // A sample waited in a buffer if the next one follows within half a period; the last sample of a
 // burst came directly from the sensor.
 constexpr double kSoon = 0.5;
-// Chosen: stamps are in bursts if a quarter of the samples follow at once (within kTogether).
+// Chosen: stamps are in bursts if a quarter of the samples follow another within kTogether.
 constexpr double kWaitingShare = 0.25;
 // Chosen: in a burst the next sample follows within a quarter of a period.
 constexpr double kTogether = 0.25;
-// The least later offset is raised by so many periods for each sample ahead, so that neither a
-// 1/500 error of the interval nor a burst of 200 (0.4 of a period) looks like lost samples.
+// The minimum of the later offsets, in periods, is raised by this for each sample in between. So
+// neither an error of the interval by 1/500 nor a burst of 200 (0.4 of a period) looks like lost
+// samples.
 constexpr double kLeak = 0.002;
 // Chosen: the mean interval over 256 samples hardly depends on bursts. It is taken over at most an
-// eighth of all samples, so that one gap is in few of them.
+// eighth of all samples, so that few of these intervals contain a given gap.
 constexpr std::size_t kBurstSamples = 256;
-// Chosen: the level above which an offset shows lost samples follows the drift of the clocks by
-// 1/64 of each sample's offset.
+// Chosen: an offset above the level shows lost samples. The level follows the drift of the clocks,
+// by 1/64 of each sample's distance from it.
 constexpr double kLevelGain = 1.0 / 64.0;
 // A sample that is late by less than 6 σ is no gap; normal errors exceed that once in 10^9.
 constexpr double kFarthestLate = 6.0;
 // Chosen: the last eight samples are not judged, as only later ones show whether they are late.
 constexpr std::size_t kTail = 8;
-// The least half-width, in samples, over which the drift of the clocks is a straight line: jitter
-// is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz.
+// The least half-width, in samples, of the straight lines that follow the drift of the clocks.
+// Jitter is reduced to 1/25, and a step of the rate by 500 ppm leaves an error of 0.4 ms at 100 Hz.
 constexpr std::size_t kHalfWidth = 512;
 // Chosen: the half-width covers at least 16 bursts.
 constexpr std::size_t kFewestBursts = 16;
-// The half-width is doubled while the squares grow by no more than jitter makes them, plus 3 σ: the
-// error of a line is common to all turns in its range, so that wider lines are better.
+// The half-width is doubled while the squares grow by no more than jitter explains, plus 3 σ. Wider
+// lines are better, since the error of a line is common to all turns in its range.
 constexpr double kWiderSigmas = 3.0;
 // With jitter the RMS about short and long lines is the same; if errors add up, as when each sample
 // waits for the one before, the RMS grows with the root of the length, here by √(128/16) = 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
-// Most growth that jitter makes; near 1.7, the geometric mean of 1 and 2.8.
+// Errors add up if the RMS grows by more; near 1.7, the geometric mean of 1 and 2.8.
 constexpr double kMostGrowth = 1.6;
 // Chosen: number of samples that are enough to find a clock's ticks.
 constexpr std::size_t kTickSamples = 4096;
@@ -92,8 +93,8 @@ std::vector<std::size_t> OnTime(const Stamps& stamps, double period) {
   return places;
 }
 
-// The mean of the steps near the usual one, if most are near it: however many samples are lost,
-// this is the interval, unless jitter hides it.
+// The mean of the steps near the usual step, if most steps are near it. However many samples are
+// lost, this is the interval, unless jitter hides it.
 std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
@@ -105,7 +106,7 @@ std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   return sum / near;
 }
 
-// The median slope over the fewest samples that determine it, from `fewest` on.
+// The median slope over the fewest samples, at least `fewest`, that determine it.
 double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
@@ -131,7 +132,7 @@ struct Piece {
 };
 
 struct Numbers {
-  std::vector<double> number;  // Of each sample within its piece, lost ones included.
+  std::vector<double> number;  // Number of each sample in its piece, lost ones included.
   std::vector<Piece> pieces;
   double steps = 0.0;  // Number of places with lost samples.
 };
@@ -166,9 +167,9 @@ double ScatterOf(const Stamps& stamps, double period) {
   return MadSigma(std::move(changes)) / std::numbers::sqrt2;
 }
 
-// Numbers the samples, lost ones included. In stamp − period × number a lost sample is a lasting
-// step of a period; the minimum of later offsets distinguishes it from a late sample. With
-// `none_lost` a step is a gap or a late sample.
+// Gives each sample its number, lost ones included. A lost sample is a lasting step by a period in
+// stamp − period × number; the minimum of later offsets distinguishes it from a late sample. If
+// `none_lost`, a step is a gap or a late sample.
 Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) {
   const std::size_t count = stamps.size();
   std::vector<double> least = OffsOf(stamps, period);
@@ -246,7 +247,7 @@ double ValueAt(std::span<const Point> slow, double number) {
       slow[left].off_ns, slow[left + 1].off_ns, number / spacing - static_cast<double>(left));
 }
 
-// Clips the offsets of points from the slow part.
+// Clips the distances of the points from the slow part.
 void Clip(std::span<const Point> slow, double least_ns, std::vector<Point>* points) {
   std::vector<double> distances;
   for (const Point& point : *points) {
@@ -300,8 +301,8 @@ class EvenFit {
   double period_ = 0.0;
   bool none_lost_ = false;
   double tick_ = 0.0;       // Tick of the stamps' clock, ns; 0: none.
-  bool in_bursts_ = false;  // Only samples that did not wait are used.
-  double run_ = 1.0;        // Samples for each one that did not wait.
+  bool in_bursts_ = false;  // Whether only samples that did not wait are used.
+  double run_ = 1.0;        // Number of samples per sample that did not wait.
   Numbers counted_;
   Lines lines_;
 };
@@ -427,7 +428,7 @@ bool EvenFit::ErrorsAddUp() const {
     long_squares += SquaresAbout(SlowPart(points, long_width), points);
     short_squares += SquaresAbout(SlowPart(points, short_width), points);
   }
-  // In bursts no difference below a tenth of an interval counts.
+  // In bursts, growth by less than a tenth of an interval is ignored.
   const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
   return long_squares >
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
@@ -450,19 +451,19 @@ double EvenFit::Jitter(const EvenTimes& even, double left_out) const {
 }
 
 StampKind EvenFit::KindOf(const EvenTimes& even) const {
-  // All samples of a window share one error, so averaging within it does not reduce it.
+  // All samples of a window share one error, so averaging within the window does not reduce it.
   const double matters =
       kJitterThatMatters * period_ / std::sqrt(static_cast<double>(stamps_.window));
   // The outliers of a logger are left out.
   if (Jitter(even, kHiccups) < matters) return StampKind::kRegular;
-  // Checked before ErrorsAddUp, as rounding errors drift if the interval is nearly whole ticks.
+  // Checked before ErrorsAddUp: if the interval is nearly whole ticks, rounding errors drift.
   if (tick_ > 0.0) return StampKind::kOnTicks;
   if (ErrorsAddUp()) return StampKind::kIrregular;
   return in_bursts_ ? StampKind::kInBursts : StampKind::kJittered;
 }
 
 double EvenFit::Bic() const {
-  // No stamp is taken as better than a thousandth of an interval.
+  // Adds a σ of a thousandth of an interval to each stamp: a perfect fit must not give log 0.
   const double least = lines_.points * std::pow(1e-3 * period_, 2);
   const double fitted = counted_.steps + lines_.freedom_taken;
   return lines_.points * std::log((lines_.squares + least) / lines_.points) +
@@ -551,8 +552,8 @@ EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost) {
   EvenFit fit(stamps, period ? *period : PeriodOfStretches(stamps, usual, 1), false);
   EvenTimes even = fit.Run();
   if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
-  // Where jitter hides the period or bursts are late, samples seem lost that are not, so the fit
-  // without lost samples is made too and the one with the lesser BIC is taken.
+  // If jitter hides the period, or bursts are late, samples may seem lost that are not. So a fit
+  // without lost samples is made as well, and the fit with the lesser BIC is used.
   EvenFit of_all = fit_all();
   EvenTimes of_all_even = of_all.Run();
   return of_all.Bic() < fit.Bic() ? of_all_even : even;
@@ -626,7 +627,8 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> y,
                          std::span<const double> z,
                          double period_ns) {
-  // The instrument is a slope of readings k ± 3, whose noise is not that of the three about k.
+  // The instrument is the slope between readings k - 3 and k + 3, whose noise is independent of
+  // that of readings k - 1 to k + 1.
   constexpr std::size_t kFurther = 3;
   double zd = 0.0, zx = 0.0, zd_zd = 0.0, zd_zx = 0.0, zx_zx = 0.0;
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {

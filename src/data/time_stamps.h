@@ -52,22 +52,22 @@ struct EvenTimes {
   double jitter_ns = 0.0;             ///< RMS of stamp − time, of samples with a stamp.
   double lost = 0.0;                  ///< Number of lost samples.
   bool are_many_lost = false;         ///< Stamps may then be another clock's ticks.
-  std::vector<std::int64_t> time_ns;  ///< One per stamp, in order; empty: too few.
+  std::vector<std::int64_t> time_ns;  ///< One per stamp, in order; empty: too few stamps.
 
-  /// True if stamps scatter about even times enough to matter, and the scatter does not grow.
+  /// True if stamps scatter about even times enough to matter, and the errors do not add up.
   bool AreEvident() const {
     return kind == StampKind::kJittered || kind == StampKind::kInBursts ||
            kind == StampKind::kOnTicks;
   }
 };
 
-/// `none_lost`: no sample is taken as lost, although regular stamps suggest many, as those of a 20
-/// ms sensor by a clock with 15.6 ms ticks do, which skip a tick now and then.
+/// `none_lost`: treats no sample as lost, even if regular stamps suggest many. So do the stamps of
+/// a 20 ms sensor by a clock with ticks of 15.6 ms, which skip a tick now and then.
 EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost = false);
 
-/// RMS jitter that matters, as a share of the sampling interval: at 100 Hz it changes the angle of
-/// a turn by 90 deg in a second by 1e-4 rad (jitter times the root of the sum of squared changes
-/// of rate, 0.52 rad/s), about as much as the noise of a consumer gyroscope does.
+/// RMS jitter that matters, as a share of the sampling interval. At 100 Hz it changes the angle of
+/// a turn by 90 deg in a second by 1e-4 rad (jitter times the root of the sum of squared changes of
+/// rate, 0.52 rad/s), about as much as the noise of a low-cost gyroscope does.
 inline constexpr double kJitterThatMatters = 0.02;
 
 /// Checks the stamps of one stream as they are read, against lines through 256 of them.
@@ -95,8 +95,8 @@ class StampWatch {
   double squares_ns2_ = 0.0, freedom_ = 0.0;  // Over all lines.
 };
 
-/// Shows whether readings were taken at their stamps. A reading between two others lies on a
-/// straight line at its time,
+/// Shows whether readings were taken at their stamps. If they were, a reading lies on the straight
+/// line between its two neighbours, at its time,
 ///
 ///   y_k − (y_k−1 + y_k+1) / 2 = β (a − 1/2) (y_k+1 − y_k−1),   a = (t_k − t_k−1) / (t_k+1 − t_k−1)
 ///

@@ -27,12 +27,13 @@ constexpr std::size_t kFewestAtEnd = 3;
 constexpr double kEndSigmas = 6.0;
 // Chosen: a ramp by hand ends within 0.5 s, so a slower one is extrapolated no further.
 constexpr double kLongestRampS = 0.5;
-// Chosen, of the angle's σ: less than 1, as the missing angle has one sign in all turns of a file.
+// Chosen: a turn is cut if its missing angle exceeds this share of the stated angle's σ. The share
+// is below 1, as the missing angles of all turns in a file have one sign.
 constexpr double kMissingSigmas = 0.5;
 
 struct End {
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // Mean of as many readings further inside.
+  Eigen::Vector3d inner_raw = Eigen::Vector3d::Zero();  // Mean of as many readings farther inside.
   double sigma_raw = 0.0;                               // σ of mean_raw along any direction.
   double span_s = 0.0;                                  // Time from one mean to the other.
 };
@@ -90,7 +91,8 @@ std::vector<Level> LevelsOf(const PoseSet& set, const std::vector<std::optional<
   return levels;
 }
 
-// Reading at rest: the median of the nearest levels, as cut turns have both signs and bias drifts.
+// The reading at rest: the median of the nearest levels. It follows the drift of the bias, and cut
+// turns of both signs do not shift it.
 Eigen::Vector3d LevelAt(std::int64_t time_ns, std::vector<Level>* levels) {
   // Chosen: the median of 16 has an error of 1.25 / √16 of their σ, a third.
   constexpr std::size_t kNearest = 16;

@@ -92,7 +92,7 @@ std::size_t WindowBuffer::Slot(std::int64_t window_index, std::size_t hint) {
     index_.insert(index_.begin() + at, window_index);
     for (const Triad triad : streams_) {
       windows_[triad].insert(windows_[triad].begin() + at, TriadWindow());
-      // A slot inserted before another stream's last one shifts that one's index.
+      // If a slot is inserted before a stream's last one, the index of the last one shifts.
       if (latest_index_[triad] > window_index) ++cursor_[triad];
     }
   }

@@ -16,8 +16,8 @@ namespace truetriad {
 /// Length of a window, 0.1 s: ten samples at 100 Hz, a tenth of the shortest rest.
 inline constexpr std::int64_t kWindowNs = 100'000'000;
 
-/// Windows that are searched at once: 27 minutes of 0.1 s. A stream that lags the others by as many
-/// has ended, as sources keep streams within one block (4096 samples) of each other.
+/// Number of windows that are searched at once: 27 minutes of 0.1 s. If a stream lags the others by
+/// as many, it has ended, as sources keep streams within one block (4096 samples) of each other.
 inline constexpr std::size_t kMostWindows = 16384;
 
 /// Statistics of one triad in one short window; all later statistics follow from them, so that no

@@ -17,8 +17,7 @@ namespace {
 constexpr double kLeastCurvature = 1e-6;
 
 // Second derivatives of S u by S and the tilts t, where u = a (1 - |t|^2 / 2) + E t, in coordinates
-// of unit covariance: a matrix for each of a face's three readings, those of face f from first[f]
-// on.
+// of unit covariance. A face f has three readings, and so three matrices, which begin at first[f].
 std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
                                                const Eigen::MatrixXd& covariance,
                                                std::array<Eigen::Index, kFaceCount>* first) {

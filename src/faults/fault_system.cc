@@ -19,7 +19,7 @@ namespace {
 constexpr int kMostOfForm = 9;
 // With more turns, the correlation of neighbours is estimated, by the scatter of 64 turn groups.
 constexpr std::size_t kMostTurnGroups = 64;
-// Attitudes absorb the directions with a smaller share of a turn's information, 32 times its σ.
+// Attitudes absorb a direction in which P has less than this share of a turn's largest information.
 constexpr double kSeenOfTurn = 1e-3;
 
 // R of `square` = R R^T, which may be singular, as for turns about one axis.
@@ -28,8 +28,8 @@ Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// Variance of the sum of consecutive values over that of independent values, from the scatter of
-// groups of consecutive ones; at least 1.
+// Factor, at least 1, by which correlation of neighbours enlarges the variance of a sum of values.
+// It is found from the sums over groups of consecutive values.
 double TogetherOf(const std::vector<double>& values) {
   if (values.size() <= kMostTurnGroups) return 1.0;
   const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
@@ -147,7 +147,7 @@ void FaultSystem::PlaceParts(const PoseGraph& graph) {
   }
 }
 
-// h = h_0 - (L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)), readings being corrected by h_0 already.
+// h = h_0 - (L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)); readings are corrected by h_0 already.
 void FaultSystem::SolveFor(const AddedColumns& columns) {
   const Eigen::Index count = columns.size();
   U_.resize(residual().size(), count);

@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-// The change Z h of the predictions by unknowns h of a fault, in the rows that it changes: three
-// rows per block, in the units of the readings (turns: rad).
+// A fault with unknowns h changes the predictions by Z h. Only the rows of Z that are not zero are
+// stored: three rows per block, in the units of the readings (turns: rad).
 struct FaultColumn {
   struct Block {
     Eigen::Index row = 0;
@@ -21,7 +21,7 @@ struct FaultColumn {
   Eigen::Index unknowns = 0;
   bool is_noisy = false;  // computed from noisy readings, which the rows contain as well
 
-  // Leaves out a block of zeros.
+  // Adds a block, unless all its values are zero.
   void Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>& value);
   // Z^T y for all rows y.
   Eigen::MatrixXd Transposed(const StackedRows& y) const;
@@ -47,8 +47,8 @@ using TurnVariances = std::vector<Eigen::Matrix3d>;
 //
 //   P = P_0 - U U^T      U = P_0 Z L^-T,  L L^T = Z^T P_0 Z + Λ
 //
-// so that a fault costs two products, and all further equations are as without faults. Up to
-// kMostDenseRows rows, P is formed as a matrix, since a fault's columns have few rows each.
+// A fault thus costs two products, and all further equations are as without faults. If there are at
+// most kMostDenseRows rows, P is formed as a matrix, since a fault's columns have few rows each.
 class FaultSystem : public ReducedSystem {
  public:
   // A block of rows with a variance component, V = rest + v_c R R^T.
@@ -67,9 +67,11 @@ class FaultSystem : public ReducedSystem {
               std::vector<NoiseComponent> components,
               Eigen::Index most_dense_rows = kMostDenseRows);
 
-  // Sets the last component, or removes it if `unit` is empty. P must be formed; then call TakeIn.
+  // Sets the turns' component, the last, or removes it if empty. P must be formed; then call
+  // TakeIn.
   void SetTurnVariances(TurnVariances unit) { turn_unit_ = std::move(unit); }
-  // Repeat the linearisation, or its later stages only, with `columns` in place of all former ones.
+  // Set `columns` in place of all former ones. Linearise repeats all stages, Eliminate all but the
+  // linearisation, TakeIn neither that nor the elimination of poses.
   void Linearise(const PoseGraph& graph, const AddedColumns& columns);
   void Eliminate(const PoseGraph& graph, const AddedColumns& columns);
   void TakeIn(const PoseGraph& graph, const AddedColumns& columns);
@@ -87,14 +89,14 @@ class FaultSystem : public ReducedSystem {
   const Eigen::VectorXd& h() const { return h_; }
   const Eigen::MatrixXd& h_covariance() const { return h_covariance_; }
 
-  // Test of whether turn errors have the directions of variances Q, whatever their sizes:
+  // Tests whether turn errors have the directions of variances Q, whatever the errors' sizes:
   //
   //   d = (q^T Q q - |w|^2 tr Q' / k) / (|w|^2 s)
   //   s^2 = 2 a^2 / (k (k + 2)),  a^2 = tr Q'^2 - tr^2 Q' / k
   //
-  // has variance 1 without such variances, with w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 over the k
-  // directions of the turn's block Π of P. Tested is Σ a d over its σ, with the correlation of
-  // neighbours for more than 64 turns. `component`: the factor of Q that explains q^T Q q.
+  // Without such variances, d has variance 1. w = Π^-1/2 q and Q' = Π^1/2 Q Π^1/2 are over the k
+  // directions of the turn's block Π of P. Tested is Σ a d over its σ; for more than 64 turns, σ
+  // includes the correlation of neighbours. `component`: the factor of Q that explains q^T Q q.
   struct Alignment {
     double log_p = 0.0;
     double component = 0.0;
@@ -125,9 +127,9 @@ class FaultSystem : public ReducedSystem {
   const Eigen::MatrixXd& fisher() const { return fisher_; }
   double LogLikelihood() const;
 
-  // For P - Y Y^T, which has columns Z included, with Y = P Z T and T^T Z^T P Z T = I: E_c = Y^T
-  // D_c Y, and the information F_cd - 1/2 (tr X_cd + tr X_dc - tr E_c E_d) with X_cd = Y^T D_c P
-  // D_d Y.
+  // If columns Z are added, the projector is P - Y Y^T, with Y = P Z T and T^T Z^T P Z T = I, and
+  // the information is F_cd - 1/2 (tr X_cd + tr X_dc - tr E_c E_d), with E_c = Y^T D_c Y and X_cd =
+  // Y^T D_c P D_d Y.
   std::vector<Eigen::MatrixXd> ComponentSquares(const StackedRows& Y) const;
   Eigen::MatrixXd FisherWithout(const StackedRows& Y, const std::vector<Eigen::MatrixXd>& E) const;
 

@@ -14,15 +14,16 @@ namespace truetriad {
 namespace {
 
 // Columns are computed from a solution with errors of some thousandths: a remainder below a
-// hundredth of a column, 1e-4 of its square, is the column's own error. (At 1e-6, gains that six
-// faces determine only by their tilts were found to be wrong by 100 % in 7 % of clean tables.)
+// hundredth of a column, 1e-4 of its square, is the column's own error. (With 1e-6, 7 % of clean
+// tables seemed to have gains that are wrong by 100 %: six faces determine these gains only by
+// their tilts.)
 constexpr double kSeenShare = 1e-4;
 // A variance must have more than two degrees of freedom, or else F has no mean.
 constexpr double kFewestDof = 3.0;
 // Tests with a larger p are not computed in full; without a fault, one test of fifty has a smaller
 // p.
 constexpr double kWorthALook = 0.02;
-// A component with a smaller part of a test may have too few degrees of freedom.
+// A component that contributes less than this share to a test may have too few degrees of freedom.
 constexpr double kCarries = 0.1;
 
 Eigen::VectorXd PerOwn(const Eigen::VectorXd& squares) {

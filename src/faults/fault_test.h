@@ -14,8 +14,8 @@ namespace truetriad {
 // variance at rest, and the lower limit of v.
 struct ExcessState {
   Eigen::VectorXd v, rest, least;
-  // Degrees of freedom of the residuals. If no excess is estimated and residuals exceed the stated
-  // noise, tests use the residuals' scatter.
+  // Degrees of freedom of the residuals. If no excess is estimated and the residuals exceed the
+  // stated noise, tests replace that noise by the residuals' scatter.
   double dof = 0.0;
 };
 
@@ -26,18 +26,19 @@ struct ColumnSums {
   Eigen::VectorXd squares;
 };
 
-// Test of a fault in addition to the included ones. With T such that T^T Z^T P Z T = I over the
-// directions that are determined, Y = P Z T, and z = T^T Z^T P r:
+// Test of a fault with the columns Z, beside the faults that the system includes. T spans the
+// directions that the rows determine, such that T^T Z^T P Z T = I. With Y = P Z T and z = T^T Z^T P
+// r:
 //
 //   s_c = 1/2 (|R_c^T (P r - Y z)|^2 - t_c + tr E_c)    score of v with the fault included
 //   v¹  = argmax over v¹ >= least of s^T (v¹ - v) - 1/2 (v¹ - v)^T F¹ (v¹ - v)
 //   X   = z^T M^-1 z  ~  rank F(rank, ν)      M = I + Σ (v¹_c - v_c) E_c,  ν = 2 / (g^T F¹^-1 g)
 //   g_c = tr(M^-1 E_c) / rank (v¹_c + rest_c) / (v_c + rest_c)
 //
-// so that noise made by the fault itself does not hide the fault, and few degrees of freedom of the
-// noise are accounted for.
+// Noise that the fault itself has made thus does not hide the fault, and the test accounts for a
+// noise with few degrees of freedom.
 struct FaultTest {
-  // 0 if too few degrees of freedom would be left to the noise: 2 (v + rest)^2 F¹ < 3 for a
+  // 0 if the fault would leave too few degrees of freedom to the noise: 2 (v + rest)^2 F¹ < 3 for a
   // component that contributes to the test.
   double log_p = 0.0;
   int rank = 0;
@@ -50,7 +51,7 @@ struct FaultTest {
 // the rows.
 Eigen::MatrixXd SeenDirections(const ColumnSums& sums);
 
-// z^T z and the rank, by a few products if there are three well determined unknowns.
+// z^T z and the rank. For three well determined unknowns a few products suffice.
 struct QuickTest {
   double square = 0.0;
   int rank = 0;
@@ -70,9 +71,9 @@ double DegreesOfFreedom(const std::vector<Eigen::MatrixXd>& E,
                         const ExcessState& from,
                         const Eigen::VectorXd& to);
 
-// A lower limit of p by z^T z alone: whatever part of a component's noise the fault explains, X is
-// at most z^T z / (1 - v / (v + rest)), and at most as significant as F with the degrees of freedom
-// that remain to the component.
+// A lower limit of p from z^T z alone. Whatever part of a component's noise the fault explains, X
+// is at most z^T z / (1 - v / (v + rest)), and no more significant than F with the degrees of
+// freedom that remain to the component.
 class FirstLook {
  public:
   FirstLook(const FaultSystem& system, const ExcessState& excess);
@@ -86,7 +87,7 @@ class FirstLook {
     double dof = 0.0;
   };
   std::vector<Component> components_;
-  // By rank: z^T z below which p is above kWorthALook.
+  // Indexed by rank: the z^T z below which p is above kWorthALook.
   std::vector<double> least_square_;
 };
 

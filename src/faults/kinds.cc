@@ -32,7 +32,7 @@ constexpr std::string_view kLonger =
     "let the unit settle longer before each rest, and record again";
 constexpr std::string_view kSlower = "turn the unit more slowly, or set a wider bandwidth";
 constexpr std::string_view kAbout = "turn the unit about the sensor itself, or more slowly";
-constexpr std::string_view kRepeat = "repeat that pose; nothing to do if it stays the only one";
+constexpr std::string_view kRepeat = "repeat that pose, unless it is the only such pose";
 constexpr std::string_view kTurns = "turn more slowly, without gaps in the log";
 constexpr std::string_view kForce = "calibrate with `g_sensitivity`";
 constexpr std::string_view kFull = "let the sensor's whole matrix be estimated (`model: full`)";

@@ -19,13 +19,13 @@ enum class FaultShape {
   kWarmUp,       // exp(-3 (τ + 1))
   kTemperature,  // the temperature, from -1 to 1
   kWander,       // cos(π j (τ + 1) / 2), j = 1 … 4: four times the unknowns
-  kStep,         // 0 before a position, 1 from there on
+  kStep,         // 0 before a position, 1 at and after it
   kWindow,       // 1 between two positions
   kOnce,         // 1 at one position
 };
 
-// The value that varies over the run if the fault is real; its mean is printed, with a σ that
-// includes its variation.
+// The value that varies over the run if the fault is real. The result states its mean, with a σ
+// that includes the variation.
 enum class Varies { kNothing, kBias, kGain, kMatrix, kMounting, kField };
 
 // An effect in recordings that the model lacks. A new kind is one more row of the table.
@@ -37,7 +37,7 @@ struct FaultKind {
   std::string_view unit = {};  // of h; empty: that of the readings
   FaultShape shape = FaultShape::kThroughout;
   Varies varies = Varies::kNothing;
-  // The form is the first term of a series, which limits the correction of a large effect.
+  // The form is only the first term of a series: a large effect cannot be corrected in full.
   bool is_truncated = false;
   // The parameter by which a model may include the effect; unset: none.
   std::optional<ParameterKind> parameter = {};
@@ -50,8 +50,8 @@ constexpr bool IsScan(FaultShape shape) {
   return shape == FaultShape::kStep || shape == FaultShape::kWindow || shape == FaultShape::kOnce;
 }
 
-// Whether it is a nonlinearity of an axis, which only well distributed poses separate from the
-// model.
+// Whether the fault is a nonlinearity of an axis. Only well distributed poses separate such a fault
+// from the model.
 constexpr bool IsBend(const FaultKind& kind) {
   return kind.form == FaultForm::kSquare || kind.form == FaultForm::kCube ||
          kind.form == FaultForm::kSize;

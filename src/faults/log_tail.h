@@ -9,7 +9,7 @@ namespace truetriad {
 /// log P(χ² with `dof` degrees of freedom > value).
 double LogChiSquareUpper(double value, double dof);
 
-/// log P(F(dof1, dof2) > value); that of χ² / dof1 if dof2 is so large that they agree.
+/// log P(F(dof1, dof2) > value). If dof2 is so large that F is as χ² / dof1, χ² is used.
 double LogFisherUpper(double value, double dof1, double dof2);
 
 }  // namespace truetriad

@@ -14,7 +14,7 @@ constexpr int kCosines = 4;
 constexpr std::size_t kFewestToWander = 4 * kCosines;
 // A warm-up decays by a factor of e^6 over the run, as τ goes from -1 to 1.
 constexpr double kWarmUpPerTau = 3.0;
-// A change needs two poses on each side: one alone is a single pose, another kind.
+// A change needs two poses on each side: a single pose that differs is another kind of fault.
 constexpr int kFewestPosesAside = 2;
 
 Eigen::VectorXd Centred(Eigen::VectorXd values, const FaultScene& scene) {
@@ -53,7 +53,7 @@ std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
       positions.emplace_back(0, count);
   }
   if (!IsScan(shape)) return positions;
-  // The number of earlier groups with readings, for each group.
+  // For each group: the number of earlier groups with readings.
   std::vector<int> seen = {0};
   for (const FaultColumn& column : columns) {
     seen.push_back(seen.back() + (column.blocks.empty() ? 0 : 1));
@@ -161,7 +161,7 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
       sums.gradient.segment(f * wide, wide) += by * suffix_gradient_.col(g);
     }
   }
-  // Loops over columns are faster than Eigen blocks of dynamic size this small.
+  // For matrices this small, loops over columns are faster than Eigen blocks of dynamic size.
   for (const Change& a : changes) {
     for (const Change& b : changes) {
       const double factor = a.by * b.by;

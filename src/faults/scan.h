@@ -13,14 +13,14 @@
 
 namespace truetriad {
 
-// Factors of a fault's columns: groups of poses x functions of time. Except for kThroughout and
-// kOnce, their mean over the poses is subtracted, so that the parameters keep the mean of what
-// varies.
+// Factors of a fault's columns: a row for each group of poses, a column for each function of time.
+// Except for kThroughout and kOnce, a function's mean over the poses is subtracted, so that the
+// parameters state the mean of the value that varies.
 using StretchWeights = Eigen::MatrixXd;
 
-// Positions at which a shape is tested, as groups from `first` to before `second`. A step leaves
-// two groups on each side; a window is at most half the run. `columns`: of the form, by group;
-// empty: the sensor cannot have the form, and there are no positions.
+// Positions at which a shape is tested: the groups from `first` up to, but without, `second`. A
+// step leaves two groups on each side; a window is at most half the run. `columns`: of the form, by
+// group; if empty, the sensor cannot have the form, and there are no positions.
 std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
                                              const FaultScene& scene,
                                              const std::vector<FaultColumn>& columns);
@@ -28,12 +28,12 @@ std::vector<std::pair<int, int>> PositionsOf(FaultShape shape,
 // Empty if the scene has no data for the shape: no temperature, or too few poses for kWander.
 StretchWeights WeightsOf(FaultShape shape, std::pair<int, int> position, const FaultScene& scene);
 
-// The columns of a form in every group of poses, with the sums that tests need. Suffix sums of the
-// columns Z_g of group g turn Σ w_g Z_g into a sum over the groups where the weight w changes: two
-// for a step, three for a window.
+// The columns of a form in every group of poses, with the sums that tests need. With suffix sums of
+// the columns Z_g of groups g, Σ w_g Z_g needs a term only for each group at which the weight w
+// changes: two for a step, three for a window.
 class ScannedForm {
  public:
-  // `is_whole`: all weights will be ones.
+  // `is_whole`: all later weights are ones.
   ScannedForm(std::vector<FaultColumn> stretches, bool is_whole);
 
   // Computes the sums, with the columns that the system includes at present.

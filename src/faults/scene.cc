@@ -9,15 +9,15 @@
 namespace truetriad {
 namespace {
 
-// As a share of the largest rate of a turn, or reading of a run: a slower rate is that of the hand
-// coming to rest, a smaller change is no motion.
+// Below this share of a turn's largest rate, the hand comes to rest. A change below this share of a
+// run's largest reading is no motion.
 constexpr double kMoving = 0.1;
 
-// Time between rates whose difference gives the derivative, s: a shorter one would make the column
-// noise, a longer one is too long for a hand's motion.
+// Time between the rates whose difference gives the derivative, s: if it were shorter, the column
+// would be noise; if it were longer, a hand's motion would change meanwhile.
 constexpr double kApartS = 0.1;
-// Largest share of the gyroscope's noise in a column's mean square: with more, the column finds
-// this noise again (in 20 clean recordings of slow turns each had a low-pass of 30 σ).
+// Largest share of the gyroscope's noise in a column's mean square. With more, the test finds this
+// noise again (each of 20 clean recordings of slow turns had a low-pass of 30 σ).
 constexpr double kMostNoise = 0.1;
 
 Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
@@ -56,15 +56,16 @@ constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kCube,
                                  FaultForm::kGainByRate};
 
-// Time that a reading stands for, s: half of the steps beside it; for mean rates, the step before.
+// Time that a reading stands for, s: half of the step before it and of that after it; for mean
+// rates, the whole step before it.
 double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sampling) {
   const double before = i > 0 ? time_s[i] - time_s[i - 1] : 0.0;
   const double after = i + 1 < time_s.size() ? time_s[i + 1] - time_s[i] : 0.0;
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
-// The angle of a turn along the body's axes, by its uncorrected readings: a column of corrected
-// ones would amplify noise by its own correction.
+// The angle of a turn about each body axis, by its uncorrected readings: a column of corrected
+// readings would amplify noise by the fault's own correction.
 Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
   const TriadModel<double>& model = edge.at.triad;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -113,7 +114,7 @@ void FaultScene::PlaceNodes() {
   }
 }
 
-// Sums the angle along the body's axes, and the time, up to each moment of a chain.
+// Sums the angle about each body axis, and the time, up to each moment of a chain.
 void FaultScene::PlaceSwings() {
   const std::vector<IncrementEdge>& turns = graph_->increments;
   if (turns.empty()) return;
@@ -138,7 +139,7 @@ void FaultScene::PlaceSwings() {
                                     path_[k - 2 * static_cast<std::size_t>(apart_)].time_s);
     nodes_[k].swing = Swing{0.5 * (*into + *from), (*from - *into) / between_s};
     power += nodes_[k].swing->acceleration.squaredNorm();
-    noise += rate_variance_ / (between_s * between_s);  // of two means over two spans each
+    noise += rate_variance_ / (between_s * between_s);  // of two rates, each over two spans
   }
   if (noise < kMostNoise * power) return;
   for (Node& node : nodes_) {
@@ -194,9 +195,9 @@ void FaultScene::SumTurns() const {
   for (TurnColumns& turn : turns_) turn.of[Index(FaultForm::kLowPass)].resize(0, 0);
 }
 
-// Variance of the mean rate over a span of apart_ turns, summed over the axes. The third difference
-// of four consecutive spans is zero for a smooth motion, and has 20 times the variance of its noise
-// (1 + 9 + 9 + 1).
+// Variance by noise of the mean rate over a span of apart_ turns, summed over the axes. For a
+// smooth motion, the third difference of four consecutive spans is zero, and noise gives it 20
+// times the variance of one span (1 + 9 + 9 + 1).
 double FaultScene::RateVariance() const {
   double sum = 0.0, count = 0.0;
   const auto rate_of = [&](std::ptrdiff_t k) { return RateOver(k, k + apart_); };
@@ -210,9 +211,10 @@ double FaultScene::RateVariance() const {
   return count > 0.0 ? sum / count : 0.0;
 }
 
-// Half the integral of the rate's second derivative over a turn in motion, from mean rates over two
-// spans that begin a moment after it and two that end a moment before: the noise at its own ends is
-// also in its residual, which would find it again. With the spans' middles at ± a and ± b,
+// Half the integral of the rate's second derivative over a turn in motion, from the mean rates of
+// two spans that end a moment before the turn and of two that begin a moment after it. The turn
+// itself is left out: its residual has the same noise, and the test would find it again. With the
+// spans' middles at ± a and ± b from the turn's middle,
 //
 //   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
 std::optional<FaultScene::RateBend> FaultScene::RateBendAt(std::size_t turn) const {
@@ -253,7 +255,7 @@ void FaultScene::PlaceStretches() {
   if (degc.maxCoeff() > degc.minCoeff()) temperature_ = degc;
 }
 
-// Sums over the readings, in the frame of the begin.
+// Sums over the readings, in the body frame at the begin of the turn.
 TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   TurnColumns sums;
   std::array<Eigen::Matrix3d, kDiagonalForms.size()> diagonal;
@@ -306,8 +308,8 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   return sums;
 }
 
-// Transforms the sums into the frame of the turn's end, and to rows, which are a logarithm e:
-// J_l^-1(e) from the left.
+// Transforms the sums into the body frame at the turn's end, then into rows. A row is the logarithm
+// e of a rotation, so that J_l^-1(e) is applied from the left.
 void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const {
   const Eigen::Matrix3d to_end = edge.increment.rotation.conjugate().toRotationMatrix();
   const Eigen::Vector3d left = edge.Residual(graph_->layout,
@@ -325,7 +327,7 @@ void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const
   if (edge.stated_turn >= 0) sums->squared_steps.setZero();
 }
 
-// One over the largest |u| (and rate), to the power by which a form exceeds a reading's unit.
+// The factor that gives a form the unit of a reading: a power of 1 / largest |u|, and of 1 / rate.
 double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   const double one = largest_[triad] > 0.0 ? 1.0 / largest_[triad] : 0.0;
   switch (form) {
@@ -342,8 +344,8 @@ double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   }
 }
 
-// Signs of the change of u as the unit came to rest: dx/dt = x × ω; without a gyroscope, signs of
-// the difference from the pose before. Zero if nothing moved, since noise has a sign, too.
+// Signs of the change of u as the unit came to rest: dx/dt = x × ω. Without a gyroscope: signs of
+// the difference from the pose before, and zero if u hardly changed, since noise has a sign, too.
 Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
   const Seen& seen = nodes_[node].seen[triad];
   if (turn_into_[node] >= 0) {

@@ -14,9 +14,9 @@
 
 namespace truetriad {
 
-// How h of a fault changes a sensor's readings, as a function of u = S x, with the true vector x in
-// the body and the attitude R of the solution. Functions of u are divided by the largest |u| of the
-// run, so that h is the change at that |u|, in the units of the readings.
+// How the unknowns h of a fault change a sensor's readings. x is the true vector in the body, u = S
+// x, and R is the attitude of the solution. Powers of u are relative to the largest |u| of the run,
+// so that h is the change at that |u|, in the units of the readings.
 enum class FaultForm {
   kBias,        // I
   kGain,        // diag(u)                       h relative
@@ -45,7 +45,7 @@ inline constexpr std::size_t kFaultForms = static_cast<std::size_t>(FaultForm::k
 // dt_i dR^T R_i C and the rotation R_i from the turn's begin to reading i.
 struct TurnColumns {
   std::array<Eigen::MatrixXd, kFaultForms> of;          // empty for forms that no turn has
-  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // before it stops, rad/s
+  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // before the turn stops, rad/s
   double fastest = 0.0;                                 // rad/s
   // Σ (ω dt)(ω dt)^T, in the frame of the end.
   Eigen::Matrix3d squared_steps = Eigen::Matrix3d::Zero();
@@ -54,13 +54,14 @@ struct TurnColumns {
 // The data for columns of faults: the graph at its present state, evaluated once.
 class FaultScene {
  public:
-  // Largest number of positions of a scan, which make 1426 windows: more poses are combined into
-  // groups.
+  // Largest number of groups; a scan of as many has 1426 windows. If there are more poses, a group
+  // has several.
   static constexpr std::size_t kMostStretches = 64;
 
   explicit FaultScene(const PoseGraph& graph);
 
-  // Groups of consecutive poses, each one position of a scan; up to 64 poses, each is a group.
+  // Number of groups of consecutive poses, which are the positions of a scan. In runs of up to 64
+  // poses, each pose is a group.
   std::size_t stretches() const { return stretch_begin_.size() - 1; }
   std::size_t poses() const { return nodes_.size(); }
   std::size_t FirstPose(std::size_t stretch) const { return stretch_begin_[stretch]; }
@@ -75,11 +76,11 @@ class FaultScene {
   double largest(Triad triad) const { return largest_[triad]; }
 
   // A form's columns, by group: their sum is the column of the whole run. A turn belongs half to
-  // the group in which it begins and half to that in which it ends. Empty: no pose or turn can have
-  // this form; if only its values are zero, there are columns without blocks.
+  // the group in which it begins and half to that in which it ends. The result is empty if no pose
+  // or turn can have this form; if only the values are zero, there are columns without blocks.
   std::vector<FaultColumn> ColumnsOf(Triad triad, FaultForm form) const;
 
-  // In the order of the increments; stated turns have no squared steps.
+  // Of all turns, in the order of the increments; the squared steps of a stated turn are zero.
   const std::vector<TurnColumns>& turns() const;
 
  private:
@@ -88,7 +89,7 @@ class FaultScene {
     Eigen::Index row = 0;
     Eigen::Vector3d x, u;
     Eigen::Matrix3d S;
-    Eigen::Matrix3d turn;  // from the body at the node to the readings
+    Eigen::Matrix3d turn;  // rotates vectors into the body at the readings
   };
   // Rotation of the body at a moment where two turns meet: rad/s, rad/s^2, in its frame. The
   // acceleration is zero if the gyroscope's noise dominates it; columns then keep the part that the
@@ -105,8 +106,8 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
-  // The curvature of a turn's rate. Its noise has `of_variance` times the variance of the mean rate
-  // of a span.
+  // The curvature of a turn's rate. The variance of its noise is `of_variance` times that of the
+  // mean rate over a span.
   struct RateBend {
     Eigen::Vector3d value;
     double of_variance = 0.0;

@@ -28,31 +28,31 @@ constexpr std::size_t kMostFaults = 8;
 // The level of one fault alone, for notes.
 constexpr double kNoteLevel = kLevelOfRun;
 // Largest κ of a fault whose column is computed from noisy readings. If the model leaves little of
-// such a column, the test finds the column's own noise: each of 20 clean recordings of motion had a
-// gyroscope whose gains seemed to change by 130 % at some moment, at κ 14.
+// such a column, the test finds the column's own noise: in each of 20 clean recordings of motion,
+// the gyroscope's gains seemed to change by 130 %, with κ = 14.
 constexpr double kHardlyTold = 12.0;
-// Undetermined directions of h get the σ of determined ones: a sensor's axes are of one kind.
+// Prior σ of undetermined directions of h over that of determined ones: a sensor's axes are alike.
 constexpr double kUnseenOverSeen = 1.0;
 // log 1000: a thousand to one.
 const double kRivalLogOdds = 3.0 * std::numbers::ln10;
-// Prior σ of a fault that is being tested, in units of its own σ: 1e-8 of the information.
+// Prior σ of a fault that is being tested, in units of its own σ: it adds 1e-8 of the information.
 constexpr double kFree = 1e4;
-// Number of a kind's positions that are tested in full: those with the least limit of p.
+// Number of a kind's positions that are tested in full: those with the smallest lower limit of p.
 constexpr std::size_t kMostPositions = 3;
 // Chosen: variances that need more REML steps count as not settled.
 constexpr int kSettlingSteps = 40;
 // A correction has converged if its last step is below this share of every parameter's σ.
 constexpr double kSettledSigmas = 1e-3;
 constexpr int kMostRounds = 8;  // each round squares the error (Gauss-Newton)
-// A fault's level to this power is the limit of the quick test, which has the variances of the
-// model without the fault: the full test follows if the quick p is below it.
+// The quick test has the variances of the model without the fault. If its p is below the fault's
+// level to this power, the full test follows.
 constexpr double kLookAgain = 0.6;
-// Turns whose excess is a smaller share of their readings' noise show no lost rows.
+// If the excess of turns is below this share of their readings' noise, lost rows are not tested.
 constexpr double kScatteredTurns = 0.5;
 // Chosen: fewer turns are not tested for lost rows.
 constexpr std::size_t kFewestTurns = 8;
 constexpr double kMisfitLogP = -13.8;  // log 1e-6
-// Ratio of an excess's σ to the σ at rest above which it is a misfit: a variance ratio of 9.
+// If an excess's σ exceeds the σ at rest by this ratio, it is a misfit: a variance ratio of 9.
 constexpr double kMuchExcess = 3.0;
 
 struct Candidate {
@@ -73,19 +73,19 @@ struct SensorForm {
   Triad triad = Triad::kAccelerometer;
   FaultForm form = FaultForm::kBias;
   bool is_whole = true;                     // none of its shapes varies over the run
-  std::optional<ScannedForm> scanned = {};  // after the first use
+  std::optional<ScannedForm> scanned = {};  // set at the first use
 };
 
 // An accepted fault: its candidate, prior σ of h, and its effects.
 struct Taken {
   std::size_t candidate = 0;
   Eigen::VectorXd sigma;
-  Eigen::MatrixXd per_unknown;  // change of the free coordinates
-  Eigen::VectorXd by_rival;     // their further change if the rival of largest effect is true
+  Eigen::MatrixXd per_unknown;  // change of the free coordinates by h = 1
+  Eigen::VectorXd by_rival;     // further change of these if the strongest rival is true instead
   TakenFault fault;
 };
 
-// s of a component s (1 - s), the smaller solution; unset above 1/4, which no s has.
+// The share s of lost rows if a component is s (1 - s): the smaller solution. Unset above 1/4.
 std::optional<double> ShareOf(double component) {
   if (component > 0.25) return std::nullopt;
   return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 * component));
@@ -102,8 +102,8 @@ class FaultSearch {
   FaultFindings Run();
   // Solves until a further step is negligible; false if steps do not converge.
   bool Settle();
-  // After Run: log likelihood of all readings, with a variance of its own for each rejected one,
-  // minus the log of the number of alternative faults or readings.
+  // After Run: the log likelihood of all readings, in which each rejected reading has its own
+  // variance, plus LogPrior().
   double log_evidence() const { return log_evidence_; }
   // Whether faults changed the graph that was given.
   bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
@@ -166,8 +166,8 @@ class FaultSearch {
   FaultFindings findings_;
 };
 
-// Whether temperature terms stand for the kind: with them a sensor's bias and gain vary with the
-// chamber's settings, and variation that remains is reported as drift between settings.
+// Whether temperature terms replace the kind: with them a sensor's bias and gain vary with the
+// chamber's settings, and what they do not explain is reported as drift between settings.
 bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
   const bool varies = kind.varies == Varies::kBias || kind.varies == Varies::kGain;
   return varies && kind.shape != FaultShape::kTemperature &&
@@ -250,8 +250,8 @@ std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   return end;
 }
 
-// Divides the significance level equally among the faults that the poses determine, as tested at
-// the middle of a fault's positions, and each fault's part among its positions.
+// Divides the significance level equally among the faults that the poses determine, and a fault's
+// part among its positions. Whether poses determine a fault is tested at its middle position.
 void FaultSearch::ShareBudget() {
   double faults = 1.0;  // lost rows
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
@@ -314,8 +314,8 @@ double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T)
                          Times(model_.system().SharedShift(column), T));
 }
 
-// log p at the variances that are optimal with the fault included: v and F¹ are of the model with
-// the fault's determined directions free, and X is of the model without them at these variances.
+// log p at the variances that are optimal with the fault included. v and F¹ are of the model in
+// which the fault's determined directions are free; X is of the model without the fault, at this v.
 double FaultSearch::Confirmed(const Candidate& candidate) {
   const FaultColumn column = ColumnOf(candidate);
   FaultColumn seen;
@@ -388,7 +388,7 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   const Eigen::VectorXd moved = Times(taken.per_unknown, h);
   const Eigen::MatrixXd covariance = model_.system().SharedCovariance();
   fault.shift_sigmas = LargestInSigmas(graph_->layout, covariance, moved);
-  // Rivals are the most significant of each other kind: a step at the next position is none.
+  // Rivals are the most significant candidates of other kinds, not steps at other positions.
   std::set<std::pair<const FaultKind*, Triad>> named = {{candidate->kind, candidate->triad}};
   std::vector<const Candidate*> others;
   for (const Candidate& other : candidates_) {
@@ -436,10 +436,10 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   return likelihood;
 }
 
-// Tests lost rows by the likelihood ratio with a variance at its lower limit (half of χ² with one
-// degree of freedom) and by the directions of turn errors, since a few outliers do not lie along
-// turns. True if lost rows are significant, and more so than any fault. If the turns' noise is not
-// estimated, it contains lost rows; then, or if P is not formed, only directions are tested.
+// Tests lost rows by the likelihood ratio for a variance that may be zero (half of χ² with one
+// degree of freedom), and by the directions of turn errors: those of a few outliers are not along
+// turns. True if lost rows are significant, and more so than any fault. Only directions are tested
+// if P is not formed, or if the turns' noise is not estimated and may contain lost rows.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
@@ -584,7 +584,7 @@ void FaultSearch::StateCovariance() {
   for (const Taken& taken : taken_) {
     const FaultKind& kind = *candidates_[taken.candidate].kind;
     if (kind.varies != Varies::kNothing) spread += SpreadOf(taken, at);
-    // If more faults show than can be told apart, the accepted ones may be the wrong ones.
+    // If there are more significant faults than accepted ones, the accepted ones may be wrong.
     const bool is_told = taken.fault.is_trusted() && !findings_.misfit.has_more_faults;
     if (!is_told) add(taken.per_unknown * taken.fault.h);
     if (taken.by_rival.size() > 0) add(taken.by_rival);
@@ -624,8 +624,8 @@ void FaultSearch::StateNotes() {
   }
 }
 
-// A stated fault widens the covariance C, with all other stated faults, to C + G A^-1 G^T: G are
-// its shifts, and A is the information that readings and its prior have on it.
+// C is the covariance with all other stated faults. A stated fault widens it to C + G A^-1 G^T,
+// with its shifts G, and the information A of readings and prior on it.
 void FaultSearch::StateWidening() {
   const Eigen::Index rows = model_.system().residual().size();
   for (const StatedFault& stated : stated_) {
@@ -644,7 +644,7 @@ void FaultSearch::StateWidening() {
   }
 }
 
-// The readings are corrected now, so that the graph alone has the remaining residuals.
+// The readings are corrected now, so that the graph's residuals are those that remain.
 void FaultSearch::StateMisfit() {
   OverallMisfit& misfit = findings_.misfit;
   const Eigen::MatrixXd covariance = model_.system().covariance();
@@ -665,9 +665,9 @@ void FaultSearch::StateMisfit() {
   if (misfit.is_unexplained && !misfit.has_more_faults) CountAsSystematic(covariance);
 }
 
-// For each component that far exceeds its noise at rest and whose sensor has a fault with p < 1 %:
-// adds its covariance as if it were an error common to all poses, or in runs of more than 64 poses,
-// common to the poses of a group.
+// If a component far exceeds its noise at rest, and its sensor has a fault with p < 1 %, the
+// component is treated as an error that all poses have in common, or in runs of more than 64 poses,
+// the poses of a group. The covariance by this error is added.
 void FaultSearch::CountAsSystematic(const Eigen::MatrixXd& covariance) {
   for (std::size_t c = 0; c < noise_->estimated.size(); ++c) {
     const auto at = static_cast<Eigen::Index>(c);
@@ -707,10 +707,11 @@ bool FaultSearch::Settle() {
   return false;
 }
 
-// Adds a fault, but reverts a correction that makes the recording less likely, as strong
-// nonlinearity does, and widens σ instead. If the fault's form determines the parameters' change
-// (κ), the correction must make the recording 1000 times more likely: one in a hundred clean
-// recordings has such a fault, which would move a parameter by ten of its σ.
+// Adds a fault and corrects it. If the correction does not converge or makes the recording less
+// likely, as strong nonlinearity does, it is reverted, and σ are widened instead. If the fault's
+// form determines the parameters' shift (κ above kTrusted), the correction must make the recording
+// 1000 times more likely: one in a hundred clean recordings has such a fault, which would shift a
+// parameter by ten σ.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -746,10 +747,11 @@ void FaultSearch::TryWith(Candidate* candidate) {
   LookAtScene();
 }
 
-// Each fault was one of its positions and one of all faults, each rejected reading one of all
-// readings; a fitted σ of either costs one (Akaike 1974). A rejected reading has a small weight w,
-// which the likelihood takes for a variance: 1/2 rank log w, for the `rank` directions that others
-// determine. Instead the most likely variance is taken, |r|^2 / rank in units of its noise.
+// Log of the prior probability of the accepted faults and the rejected readings. A fault is one of
+// its positions and one of all faults, a rejected reading is one of all readings; the fitted σ of
+// either costs one more (Akaike 1974). A rejected reading has a small weight w, which the
+// likelihood takes for a variance: it adds 1/2 rank log w, for the `rank` directions that others
+// determine. The most likely variance replaces it, |r|^2 / rank in units of its noise.
 double FaultSearch::LogPrior() const {
   double sum = 0.0;
   for (const Taken& taken : taken_) sum += LogPriorOf(taken);

@@ -13,15 +13,16 @@
 
 namespace truetriad {
 
-// A fault whose unknowns have a prior mean and σ, which is in the model from the start and is never
-// a finding: nonlinearities stated by a data sheet, and face curvatures.
+// A fault that is in the model from the start and never becomes a finding: nonlinearities stated by
+// a data sheet, and face curvatures. Its unknowns have a prior mean and σ.
 struct StatedFault {
   FaultColumn column;
   Eigen::VectorXd sigma;
   Eigen::VectorXd mean = {};  // empty: zero
 };
 
-// A kind of fault and its place: number of the first pose, and a window's last; 0: the whole run.
+// A kind of fault and its place: the number of its first pose, and for a window of its last pose;
+// 0: the whole run.
 struct FaultPlace {
   const FaultKind* kind = nullptr;
   Triad triad = Triad::kAccelerometer;
@@ -29,10 +30,10 @@ struct FaultPlace {
   int last_pose = 0;
 };
 
-// A significant fault, which is in the model if its correction converges.
+// A significant fault. It is in the model if `is_corrected`.
 struct TakenFault {
-  // Above this κ, h of one σ moves a parameter by more than that parameter's σ: the fault's form,
-  // and not the readings, determines the correction.
+  // Above this κ, one σ of h shifts some parameter by more than that parameter's σ: the fault's
+  // form, not the readings, then determines the correction.
   static constexpr double kTrusted = 1.0;
   bool is_trusted() const { return is_corrected && kappa <= kTrusted && !place.kind->is_truncated; }
 
@@ -41,12 +42,12 @@ struct TakenFault {
   double log_p = 0.0;
   Eigen::VectorXd h;  // of all unknowns; FaultForm states their meaning
   Eigen::VectorXd sigma;
-  double shift_sigmas = 0.0;  // shift by h of the parameter that moves most
-  double kappa = 0.0;         // such a shift by one σ of h
-  // Faults that explain the readings nearly as well: less than 1000 times less likely.
+  double shift_sigmas = 0.0;  // largest shift of a parameter by h, in its σ
+  double kappa = 0.0;         // largest shift of a parameter by one σ of h
+  // Faults that explain the readings nearly as well: at most 1000 times less likely.
   std::vector<FaultPlace> rivals;
-  // Poses whose rejection explains the readings nearly as well: they stay rejected, h is only
-  // stated.
+  // Poses whose rejection explains the readings nearly as well: they stay rejected, and h is stated
+  // but not corrected.
   std::vector<int> left_out_instead;
 };
 
@@ -59,8 +60,8 @@ struct FaultNote {
   bool is_doubtful = false;
 };
 
-// Rows that the log lost during turns, which makes turns scatter along their angle: a lost share s
-// of all rows is a variance component s (1 - s) Σ (ω dt)(ω dt)^T.
+// Rows that the log lost during turns. The measured turn then scatters along its angle: if a share
+// s of all rows is lost, with the variance s (1 - s) Σ (ω dt)(ω dt)^T.
 struct LostRowsFound {
   double share = 0.0;
   double log_p = 0.0;
@@ -82,20 +83,21 @@ struct FaultFindings {
   std::vector<FaultNote> notes;  // doubtful faults, and all nonlinearities of an axis
   std::optional<LostRowsFound> lost_rows;
   OverallMisfit misfit;
-  // Covariance of the graph's free coordinates beyond the graph's own: by the faults' σ, the spread
-  // of varying values, and d d^T of shifts d by untrusted corrections.
+  // What faults add to the covariance of the graph's free coordinates: by the faults' σ, by the
+  // spread of varying values, and d d^T for each shift d by an untrusted correction.
   Eigen::MatrixXd beyond;
   // For each stated fault: the largest factor by which it widens the σ of a parameter.
   std::vector<double> widening;
   int looked_for = 0;  // number of tests: faults that the poses determine, and lost rows
 };
 
-// Tests all declared faults in a solved graph, adds the significant ones to the model, and leaves
-// the graph at its solution with them: readings are corrected by the faults, and `noise` is that of
-// the result. All faults share one significance level of 1 % per run, and a fault's positions share
-// its part. Without faults the graph does not change. Rejected outliers return if faults make all
-// readings 1000 times more likely; if the odds are nearer to 1, down to 1000 times less likely, σ
-// include the faults. `system`: of the graph, before and after.
+// Tests all kinds of FaultKinds() in a solved graph and adds the significant faults to the model.
+// The graph is left at its solution with them: its readings are corrected for the faults, and
+// `noise` is that of the result. Without faults the graph does not change. The significance level
+// of 1 % per run is divided among all faults, and a fault's part among its positions. If faults
+// make all readings over 1000 times more likely than rejected outliers do, the outliers return; if
+// the odds are between 1000 and 1 / 1000, outliers stay rejected and σ include the faults.
+// `system`: of the graph, before and after.
 FaultFindings FindFaults(const std::vector<StatedFault>& stated,
                          PoseGraph* graph,
                          NoiseState* noise,

@@ -109,7 +109,8 @@ Eigen::VectorXd TakenModel::Correction() const {
   return off;
 }
 
-// A row is model minus reading: a reading minus Z h, or a turn dR Exp(-Z h), has the row plus Z h.
+// A row is model minus reading: to add Z h to it, a reading is reduced by Z h, or a turn dR becomes
+// dR Exp(-Z h).
 void TakenModel::CorrectReadings(const Eigen::VectorXd& off) {
   Eigen::Index row = 0;
   std::size_t reading = 0;

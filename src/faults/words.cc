@@ -87,7 +87,7 @@ std::string FaultWords::Statement() const {
 std::string WordsOf(const FaultNote& note) {
   return WordsOf(note.place) +
          Format(" can neither be shown nor ruled out (p = %.1g); ", std::exp(note.log_p)) +
-         Format("as large as its own σ, it would shift a parameter by %.1f σ", note.kappa);
+         Format("if it is as large as its own σ, it shifts a parameter by %.1f σ", note.kappa);
 }
 
 std::string WordsOf(const LostRowsFound& lost) {
@@ -100,15 +100,16 @@ std::string WordsOf(const LostRowsFound& lost) {
 
 std::string WordsOf(const OverallMisfit& misfit) {
   if (misfit.has_more_faults) {
-    return "more faults are present than can be told apart; where the remaining residuals are "
-           "systematic, σ treat them as common to many poses";
+    return "more faults are significant than were corrected, so these may be the wrong ones; σ "
+           "treat remaining residuals, if systematic, as errors that many poses have in common";
   }
   if (!misfit.is_unexplained) return "";
   return Format(
              "readings scatter from pose to pose by %.1f times their noise at rest, and no tested "
-             "fault explains it; σ treat it ",
+             "fault explains it; σ treat this scatter ",
              misfit.excess_ratio) +
-         (misfit.is_systematic ? "as common to all poses, since it is systematic" : "as noise");
+         (misfit.is_systematic ? "as an error of all poses in common, since it is systematic"
+                               : "as noise");
 }
 
 }  // namespace truetriad

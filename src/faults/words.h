@@ -18,7 +18,7 @@ struct FaultWords {
   std::vector<std::string> rivals;
   std::string remedy;
 
-  // All parts without the remedy: the effect and its place.
+  // All parts except the remedy, as one sentence.
   std::string Statement() const;
 };
 

@@ -36,25 +36,25 @@ struct Survey {
   int shards = 0;       ///< 0: not stated.
   std::string said_by;  ///< The source that states `shards`.
   std::set<int> present;
-  std::optional<RetestPolicy> policy;  ///< Policy of the stores with runs; unset: none.
-  std::string counted_by;              ///< The store that has `policy`.
-  bool states_policy = false;          ///< A source states a policy.
-  std::unordered_map<std::size_t, std::size_t> contents;  ///< Content hashes by name hash.
+  std::optional<RetestPolicy> policy;  ///< Common policy of the stores so far; unset: none.
+  std::string counted_by;              ///< The last store with `policy`.
+  bool states_policy = false;          ///< One of these stores states it.
+  std::unordered_map<std::size_t, std::size_t> contents;  ///< Hash of contents, by hash of name.
   std::map<std::string, std::string> decided;  ///< Contents of decisions and checks, by name.
-  std::map<std::string, std::vector<Disposition>> dispositions;  ///< Of the sources, by their runs.
+  std::map<std::string, std::vector<Disposition>> dispositions;  ///< By the run that they name.
   std::vector<StationCheck> checks;
 };
 
-/// The contents of a run without its findings and message, of which PostgreSQL may store less
-/// (invalid UTF-8).
+/// The contents of a run without its findings and message, whose invalid UTF-8 is replaced in
+/// PostgreSQL.
 std::string ContentOf(UnitRun run) {
   run.findings.clear();
   run.message.clear();
   return LineOf(run);
 }
 
-/// The contents of a decision without its run: an export of current runs only may name another run
-/// of the unit.
+/// The contents of a decision without its run: in an export of current runs only, the same decision
+/// may name another run of the unit.
 std::string ContentOf(Disposition disposition) {
   disposition.run.clear();
   return LineOf(disposition);
@@ -66,13 +66,13 @@ Error OtherContent(const std::string& source, const std::string& what) {
                what + " exists twice with different content; one of the two was changed");
 }
 
-/// Adds the source to an error, unless the error names a place itself.
+/// Makes the source the place of an error that has no place yet.
 Status Placed(const Status& status, const std::string& source) {
   if (status || !status.error().place.file.empty()) return status;
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
 }
 
-/// Records the policy of a store. Error (usage): an earlier source has another one.
+/// Records the policy of a store. Error (usage): an earlier store has another policy.
 Status TakePolicy(const std::optional<RetestPolicy>& stated,
                   const std::string& name,
                   bool has_runs,
@@ -84,7 +84,7 @@ Status TakePolicy(const std::optional<RetestPolicy>& stated,
                  {ShownStore(name)},
                  "its retest policy is `" + PolicyText(policy) + "`, but that of " +
                      survey->counted_by + " is `" + PolicyText(*survey->policy) +
-                     "`; collect stores of one policy (--retest-counts, --retest-most)");
+                     "`; collect stores with the same policy (--retest-counts, --retest-most)");
   }
   survey->policy = policy;
   survey->counted_by = ShownStore(name);
@@ -92,7 +92,7 @@ Status TakePolicy(const std::optional<RetestPolicy>& stated,
   return {};
 }
 
-/// Records a decision or check. Error: another one of this name differs.
+/// Records a decision or check. Error: an earlier one of the same name has different contents.
 template <typename Thing>
 Status TakeDecided(const std::string& source,
                    const std::string& what,
@@ -126,8 +126,8 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   if (JsonLinesPath(target)) {
     return Error(ErrorCode::kInvalidArgument,
                  "--store=" + target +
-                     ": a file of runs cannot be collected into; name a file for SQLite, as in "
-                     "--store=fleet.db, and make JSON lines of it with `truetriad fleet export`");
+                     ": JSON lines cannot be collected into; name a file for SQLite, as in "
+                     "--store=fleet.db, and write JSON lines of it with `truetriad fleet export`");
   }
   for (const std::string& source : sources) {
     if (!IsSameStore(source, target)) continue;
@@ -138,7 +138,7 @@ Status CheckTarget(const std::vector<std::string>& sources, const std::string& t
   return {};
 }
 
-/// Error: a run of a store is invalid, or belongs to another number of shards.
+/// Error: the run is invalid, or its shard is one of another number of shards than the store has.
 Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::string name = "run " + run.id;
   if (const Status checked = CheckRun(run); !checked) {
@@ -172,16 +172,17 @@ Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(
 
 /// The error for a source that may lack runs.
 Error Unfinished(const std::string& source, std::size_t runs) {
-  return Error(ErrorCode::kDamagedFile,
-               {source},
-               "has " + std::to_string(runs) +
-                   " runs, but no line at its end that confirms their number: `fleet run` is still "
-                   "writing it, was ended before it was done or is of an older truetriad, or lines "
-                   "have been cut off. Run the shard again with --resume, which adds what is "
-                   "missing, or collect what it has with --unfinished");
+  return Error(
+      ErrorCode::kDamagedFile,
+      {source},
+      "has " + std::to_string(runs) +
+          " runs, but no line at its end that confirms their number: `fleet run` is still writing "
+          "it or was stopped, an older truetriad wrote it, or lines have been cut off. Run the "
+          "shard again with --resume, which adds the missing runs, or collect the runs that it has "
+          "with --unfinished");
 }
 
-/// ReadSource in batches of runs. Errors name the source.
+/// Calls `take` with the runs of a source in batches. Errors name the source.
 Result<LinesRead> ReadInParts(const std::string& name,
                               const std::function<Status(const std::vector<UnitRun>&)>& take) {
   constexpr std::size_t kRunsAtOnce = 500;  // About 10 MB, added in half a second.
@@ -198,7 +199,7 @@ Result<LinesRead> ReadInParts(const std::string& name,
   return source;
 }
 
-/// The number of a source's runs that the store lacks. Error: one has other contents there.
+/// The number of `runs` that are new to the store. Error: a run has other contents in the store.
 Result<std::size_t> NewRuns(const std::string& name,
                             const std::vector<UnitRun>& runs,
                             Store& store) {
@@ -285,10 +286,10 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   if (source) return {};
   return Error(
       source.error().code,
-      source.error().message + "; what was added stays, and collecting again adds what is missing");
+      source.error().message + "; the runs added so far stay, and collecting again adds the rest");
 }
 
-/// The shards of `count` that are neither in `present` nor have runs in the store.
+/// The shards, of `count`, that are not in `present` and have no runs in the store.
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> shards,
                              store.QueryTexts("SELECT DISTINCT shard FROM run"));
@@ -308,7 +309,7 @@ constexpr std::string_view kOtherLimits =
     "JOIN standing ON standing.run = judgement.run) AS one GROUP BY name, component "
     "HAVING count(*) > 1 ORDER BY name";
 
-/// Last decisions that no longer hold, since a run of another recording or by other limits counts.
+/// Units whose last decision does not hold for their current run.
 constexpr std::string_view kDecisionsLifted =
     "SELECT standing.serial, made.verdict, made.who, made.why, standing.run "
     "FROM disposition AS made JOIN run ON run.run = made.run "
@@ -324,8 +325,9 @@ constexpr std::string_view kOverruled =
     "AND latest.verdict IN ('FAIL', 'NO_RESULT') AND latest.run <> standing.run "
     "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
 
-/// Current runs of deliverable units, each with the first run of another unit that has all of its
-/// readings, unless that unit's serial was wrong. A shard or station compares only its own units.
+/// For each current run of a deliverable unit: the first earlier run of each other unit that has
+/// all of its readings. Runs with a wrong serial number are left out. A shard or station compares
+/// only its own units.
 constexpr std::string_view kCopies =
     "SELECT own.serial, own.run, own.log, min(its.run), its.serial "
     "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
@@ -382,8 +384,8 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   return {};
 }
 
-/// Adds all sources to the store at `url`, shown as `target`, after examining each of them; if one
-/// cannot be added, nothing is.
+/// Examines all sources, then adds them to the store at `url`, which messages call `target`. If one
+/// cannot be added, nothing is added.
 Result<Collected> AddAll(const std::vector<std::string>& sources,
                          const std::string& target,
                          const std::string& url,
@@ -415,8 +417,8 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   return std::move(collected);
 }
 
-/// AddAll for a store in a new file, which gets its name when it is complete, unless another file
-/// has that name by then.
+/// AddAll for a store in a new file. The file gets its name when it is complete. Error: by then,
+/// another file has this name.
 Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
                               const std::string& target,
                               const fs::path& file,
@@ -425,10 +427,10 @@ Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
   Result<Collected> collected =
       AddAll(sources, target, "sqlite:" + whole.string(), takes_unfinished);
   if (collected && renameat2(AT_FDCWD, whole.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) &&
-      link(whole.c_str(), file.c_str()) != 0) {  // A file system may support only one of the two.
+      link(whole.c_str(), file.c_str()) != 0) {  // Some file systems support one of the calls.
     collected = Error(ErrorCode::kCannotWrite,
                       {file.string()},
-                      std::string("cannot be made: ") + std::strerror(errno));
+                      std::string("cannot be created: ") + std::strerror(errno));
   }
   std::error_code ignored;
   fs::remove_all(folder, ignored);

@@ -11,26 +11,26 @@ namespace truetriad::fleet {
 
 /// The result of Collect.
 struct Collected {
-  std::size_t runs = 0;   ///< In all sources.
+  std::size_t runs = 0;   ///< Of all sources; a run in two sources counts twice.
   std::size_t added = 0;  ///< Runs that the store lacked.
   int shards = 1;
-  std::vector<int> missing;  ///< Shards with neither a source nor a run in the store.
-  /// Sentences about two units that may both be delivered although they have the same readings:
+  std::vector<int> missing;  ///< Shards that have neither a source nor a run in the store.
+  /// One sentence for each deliverable unit whose readings an earlier run of another unit has, too:
   /// `fleet run` compares units only within its own store.
   std::vector<std::string> copies;
   std::vector<std::string> unfinished;  ///< Sources that are not complete.
-  std::vector<std::string> notes;       ///< Agreement::Notes, on units that may not be delivered.
-  std::vector<std::string> unsafe;      ///< Units for which Agreement::IsUnsafe.
+  std::vector<std::string> notes;   ///< On limits, decisions and verdicts, and Agreement::Notes.
+  std::vector<std::string> unsafe;  ///< Units for which Agreement::IsUnsafe is true.
 };
 
-/// Adds the contents of `sources`, stores of any kind, to the store `target`: runs, decisions,
-/// checks of stations, and the retest policy. An entry of a name that the store has is not added
-/// again, so the call may be repeated. Afterwards the files of units beside `target` are made to
-/// agree (AgreeFolders). If a source has an error, nothing of any source is added. Errors (bad
-/// input): a source cannot be read, has an invalid run (file and line are named) or is not finished
-/// (Store::MarkEnd), unless `takes_unfinished`; two runs of one name have different contents.
-/// (Usage): sources or store have different numbers of shards or retest policies; a source is the
-/// store; the store is JSON lines, which cannot look up its runs.
+/// Adds the runs, decisions, checks of stations and the retest policy of `sources` (stores of any
+/// kind) to the store `target`. An entry whose name `target` has already is not added again, so the
+/// call may be repeated. Afterwards the files of units beside `target` are changed to agree with it
+/// (AgreeFolders). All sources are examined first; if one has an error, nothing is added. Errors
+/// (bad input): a source cannot be read, has an invalid run (the message names file and line), or
+/// is not finished (Store::MarkEnd) and `takes_unfinished` is false; two entries of one name have
+/// different contents. Errors (usage): the stores have different numbers of shards or retest
+/// policies; `target` is one of the sources, or JSON lines, which cannot be queried.
 Result<Collected> Collect(const std::vector<std::string>& sources,
                           const std::string& target,
                           bool takes_unfinished = false);

@@ -27,20 +27,20 @@ class Database {
  public:
   virtual ~Database() = default;
 
-  /// Its name for messages, without secrets.
+  /// The database's name for messages, without a password.
   virtual const std::string& name() const = 0;
   /// The number of rows that one statement should insert.
   virtual std::size_t rows_at_once() const = 0;
 
-  /// Does all of `work` or nothing of it; the result is on disk when it returns. `work` may be
-  /// called several times, since a lost connection is reopened. Calls must not be nested.
+  /// Runs `work` in one transaction, which is on disk on return; an error undoes all of it. If the
+  /// connection is lost, it is reopened and `work` is called again. Calls must not be nested.
   virtual Status Transact(Access access, const std::function<Status()>& work) = 0;
   /// Runs a statement and returns the number of inserted rows. Only in `work` of Transact.
   virtual Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) = 0;
   /// Returns the rows of a query. Only in `work`.
   virtual Result<Table> Ask(std::string_view sql, std::span<const Value> values) = 0;
-  /// Returns the rows of a query that a user typed. Not in `work`. Error (usage): it is not valid
-  /// SQL, not one statement, or would change something.
+  /// Returns the rows of a query that a user typed. Not in `work`. Error (usage): the text is not
+  /// valid SQL, not one statement, or would change the database.
   virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
   /// As Store::AllowTypedText. Not in `work`.
   virtual Status AllowTypedText() { return {}; }
@@ -48,23 +48,24 @@ class Database {
   virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
 };
 
-/// One file, with write-ahead log and `synchronous=FULL`. Errors as OpenStore.
+/// Opens an SQLite file, with write-ahead log and `synchronous=FULL`. Errors as OpenStore.
 Result<std::unique_ptr<Database>> OpenSqlite(const std::string& path, Access access);
-/// A database that is private and deleted with the object; `name`: for messages.
+/// Opens a temporary SQLite database, deleted with the object. `name` is for messages.
 Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name);
 
-/// "NFS" for statfs' `f_type` of a network file system, where SQLite's locks fail; else empty.
+/// The name of a network file system, where SQLite's locks fail, by the `f_type` of statfs: "NFS".
+/// Empty: it is another kind of file system.
 std::string_view NetworkFileSystemName(long magic);
 
-/// A PostgreSQL server, in the schema where its connection creates tables. A connection lost later
-/// is reopened and its transaction repeated, for as many seconds as the environment variable
-/// TRUETRIAD_STORE_PATIENCE states (60 by default). Errors as OpenStore.
+/// Connects to a PostgreSQL server; the tables are in its schema for new tables. If the connection
+/// is lost later, it is reopened and its transaction repeated for up to the number of seconds in
+/// the environment variable TRUETRIAD_STORE_PATIENCE (default 60). Errors as OpenStore.
 Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access);
 
 // Functions that SQLite and PostgreSQL share; statements have parameters $1, $2, … in order.
 
-/// The rows of a run in all tables, in an order that satisfies references: the unit, the run, and
-/// its parts, which exist exactly if the run does. Valid as long as `run` is.
+/// The rows of a run in all tables: the unit, the run, and then its parts, which refer to the run.
+/// A database has all parts of a run or none. The rows are valid as long as `run` is.
 std::vector<TableRows> RowsOf(const UnitRun& run);
 TableRows RowOf(const Disposition& disposition);
 TableRows RowOf(const StationCheck& check);
@@ -100,7 +101,7 @@ struct RowWriter {
 struct RowReader {
   std::span<const Cell> row;
   std::size_t at = 0;
-  std::string odd_verdict = {};  ///< The first unknown verdict.
+  std::string odd_verdict = {};  ///< The last unknown verdict; empty: none.
 
   template <typename Field>
   void operator()(std::string_view /*name*/, Field& field) {
@@ -127,7 +128,7 @@ struct RowReader {
   }
 };
 
-/// A struct from a row; an unknown verdict leaves the field's default.
+/// Reads a struct from a row. If a verdict is unknown, its field keeps the default.
 template <typename Thing>
 Thing FromRow(std::span<const Cell> row, std::size_t at = 0) {
   Thing thing{};
@@ -152,7 +153,7 @@ std::string ColumnsOf(const std::string& table = "") {
 std::string InsertStatement(std::string_view table, std::size_t columns, std::size_t rows);
 
 inline constexpr std::string_view kRunTable = "run";
-/// The columns of findings, named like the members of their JSON; `values` is JSON, too.
+/// The columns of findings, named like the members of their JSON. `values` contains JSON, too.
 inline constexpr std::array<std::string_view, 9> kFindingColumns = {
     "code", "severity", "sensor", "axis", "pose", "text", "remedy", "values", "treatment"};
 inline constexpr std::string_view kFindingSelected =

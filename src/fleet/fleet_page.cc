@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The number of last points of a chart that are drawn: more do not fit on a screen.
+/// A chart shows at most this many last points: more do not fit on a screen.
 constexpr int kPointsOfChart = 400;
 
 /// Finds the reports of runs.
@@ -51,8 +51,8 @@ class Reports {
     if (!page_.has_filename()) page_ = page_.parent_path();
   }
 
-  /// A link from the page's folder to a report in two parts: to the units' folder, and from there;
-  /// empty: there is no report.
+  /// A link from the page's folder to the report of a run, in two parts: the path to the units'
+  /// folder, and the path from there. Empty: there is no report.
   std::pair<std::string, std::string> LinkTo(const std::string& folder) {
     if (folder.empty()) return {};
     const fs::path place = fs::absolute(FolderOf(folder, units_));
@@ -97,7 +97,8 @@ std::string Packed(const std::vector<std::uint32_t>& numbers) {
   return text;
 }
 
-/// One word for each run, empty if not set, as indices into a sorted list of distinct words.
+/// One word for each run, as an index into the sorted list of distinct words. If it is not set, the
+/// word is empty.
 class WordColumn {
  public:
   void Set(std::size_t run, const std::string& word) {
@@ -131,7 +132,7 @@ class WordColumn {
 class MomentColumn {
  public:
   void Add(const std::string& moment) { seconds_.push_back(line::SecondsOf(moment)); }
-  /// Whole seconds since `from`, plus 1; 0: unknown.
+  /// `from` is the earliest time. `of` has whole seconds since `from`, plus 1; 0: unknown time.
   Json ToJson() const {
     double from = line::kNotKnown;
     for (const double one : seconds_) from = std::fmin(from, one);
@@ -147,8 +148,8 @@ class MomentColumn {
   std::vector<double> seconds_;
 };
 
-/// A number for each run that has one, as the first 30 bits of a float: rounding errors are at most
-/// 2⁻²² of it, below the digits shown.
+/// A number for each run, or none, as the first 30 bits of a float. The rounding error is at most
+/// 2⁻²² of the number, less than the digits that are shown.
 class NumberColumn {
  public:
   void Set(std::size_t run, double value) {
@@ -173,10 +174,10 @@ class NumberColumn {
 
 /// A unit on the page.
 struct PageUnit {
-  std::string serial, run;  ///< run: the current one.
+  std::string serial, run;  ///< run: the current run.
   std::string verdict, code, first_verdict;
   bool is_decided = false;               ///< A decision is in force.
-  std::uint32_t runs = 0, counting = 0;  ///< Number of runs; index of the current.
+  std::uint32_t runs = 0, counting = 0;  ///< Number of runs; index of the current run.
 };
 
 /// A parameter, or a quantity with limits.
@@ -284,8 +285,8 @@ class PageData {
     return {};
   }
 
-  /// Reads decisions by run, each with its end: none, "later" (another decision), or the run that
-  /// lifted it.
+  /// Reads the decisions about each run, each with its end: none if it holds, "later" if another
+  /// decision followed, or the current run, which lifted it.
   Status ReadDecisions() {
     TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> given_up,
@@ -377,13 +378,13 @@ class PageData {
   Store& store_;
   std::string where_;
   Reports reports_;
-  std::vector<PageUnit> units_;                          ///< By serial number.
+  std::vector<PageUnit> units_;                          ///< In the order of serial numbers.
   std::unordered_map<std::string, std::size_t> places_;  ///< Index in units_ by serial.
-  std::unordered_map<std::string, Json> decided_;        ///< By run.
-  Json decided_runs_ = Json::object();                   ///< By the run's index.
+  std::unordered_map<std::string, Json> decided_;        ///< Decisions by name of run.
+  Json decided_runs_ = Json::object();                   ///< Decisions by index of run.
   std::size_t runs_ = 0;                                 ///< Runs added so far.
   MomentColumn recorded_, created_;
-  Json reports_of_ = Json::array();          ///< By run.
+  Json reports_of_ = Json::array();          ///< Links by index of run.
   std::map<std::string, WordColumn> words_;  ///< Other columns of runs.
   std::map<std::string, WordColumn, std::less<>> tags_;
   std::vector<PageColumn> columns_;
@@ -391,8 +392,7 @@ class PageData {
   std::size_t links_ = 0;
 };
 
-/// The line's statistics for the units selected by `where`, at the time of the last unit or station
-/// check.
+/// The line's statistics for the units that `where` selects, as of the last unit or station check.
 Result<Json> LineJson(Store& store, const std::string& where) {
   SummaryOptions options{.where = where, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -421,10 +421,10 @@ Result<Json> LineJson(Store& store, const std::string& where) {
   return Json({{"tables", SummaryTables(summary)}, {"charts", std::move(summary["charts"])}});
 }
 
-/// Identifies an index.html as that of a page of `fleet report`.
+/// An index.html that contains this text was written by `fleet report`.
 constexpr std::string_view kDataScript = "<script defer src=\"data.js\"></script>";
 
-/// Error (bad input): the index belongs to something else.
+/// Error (bad input): the index exists and was not written by `fleet report`.
 Status CheckIndex(const std::string& index) {
   std::error_code failure;
   if (!fs::exists(index, failure)) return {};
@@ -451,11 +451,11 @@ std::string PageHtml(const FleetPageSummary& page) {
            (page.good_without_limits == 0
                 ? ""
                 : ", of these " + std::to_string(page.good_without_limits) + " without limits") +
-           "; " + share(page.good_at_first) + " at the first run."},
+           "; " + share(page.good_at_first) + " good at the first run."},
       {"origin",
        EscapeMarkup(
            std::to_string(page.units) + " units, " + std::to_string(page.runs) +
-           " runs; of each unit the run that counts. Times are UTC. Written by truetriad " +
+           " runs; each unit is shown by its current run. Times are UTC. Written by truetriad " +
            std::string(Version()) +
            (page.draws_charts ? "; charts by uPlot (assets/uplot-license.txt)." : "."))}};
   const std::string_view frame = FleetPageFrame();

@@ -108,7 +108,7 @@ std::string DisposeCommand(const std::string& serial,
 /// The command or advice that releases the readings of `other` for `run`.
 std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
-  return std::string("measure this unit, or, if the serial number of the other was wrong, ") +
+  return std::string("measure this unit, or, if the serial number of the other log was wrong, ") +
          (is_lines ? "collect the runs into a store and state that there by " : "state that by ") +
          DisposeCommand(other.serial,
                         plan,
@@ -117,9 +117,9 @@ std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& p
          " and run this log again";
 }
 
-/// Adds a serial and keeps the first ones by name: the order of the workers must not matter.
+/// Adds a serial number and keeps the first ones by name, whatever the order of the workers.
 void NameSome(const std::string& serial, std::set<std::string>* some) {
-  constexpr std::size_t kMostNamed = 3;  // More fill a line.
+  constexpr std::size_t kMostNamed = 3;  // More would fill a line.
   some->insert(serial);
   if (some->size() > kMostNamed) some->erase(std::prev(some->end()));
 }
@@ -176,7 +176,7 @@ class FleetEngine {
       if (!ended_.empty()) {
         return Error(ErrorCode::kCannotWrite,
                      std::to_string(ended_.size()) +
-                         " runs could not be stored, their logs will be calibrated again: " +
+                         " runs could not be stored; their logs will be calibrated again: " +
                          store_retry_.why);
       }
     }
@@ -246,7 +246,7 @@ class FleetEngine {
     return false;
   }
 
-  /// Queues finished runs for the store, except those whose files could not be written here.
+  /// Queues finished runs for the store, except runs whose files could not be written.
   Status Take(std::vector<UnitRun> runs) {
     Status status;
     for (UnitRun& run : runs) {
@@ -305,14 +305,14 @@ class FleetEngine {
     if (listener_.on_run) listener_.on_run(run, progress_);
   }
 
-  /// Adds a run to the store, renamed so that it sorts last if the clock has gone back since the
-  /// last run of its unit or log, or if a decision was made meanwhile. Returns the standing before.
+  /// Adds a run to the store and returns the standing before. If the clock has gone back since the
+  /// last run of the unit or log, or a decision was made meanwhile, the run gets a later name.
   Result<std::optional<Standing>> Add(UnitRun* run) {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<Standing> before, store_->StandingOf(run->serial));
-    // Of two concurrent runs the one started first may finish last; it keeps its name. After a
-    // decision made meanwhile, without this run, it gets a later name.
+    // If two runs are concurrent, the one that started first may end last and keeps its name. If a
+    // person decided meanwhile, without knowing this run, the run gets a later name.
     const bool is_decided = before && !before->disposed_by.empty();
     if (run->id < latest && (is_decided || NewRunId() < latest)) {
       const std::string id = NewRunIdAfter(latest);
@@ -323,7 +323,7 @@ class FleetEngine {
     return before;
   }
 
-  /// Replaces a run with the readings of another unit by a refused run without files.
+  /// If the run has the readings of another unit, turns it into a refused run without files.
   Status RefuseCopy(UnitRun* run) const {
     if (run->verdict == Verdict::kNoResult) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<UnitRun> other, store_->RunOfSameReadings(*run));
@@ -349,7 +349,7 @@ class FleetEngine {
     if (!unit.tied_with.empty() && (run.id == unit.run || run.id == unit.tied_with)) {
       Warn(run.serial + ": its current run " + unit.run + ", of " + unit.log + ", and run " +
            unit.tied_with + ", of another log, were both measured at " + unit.recorded +
-           "; the run that was calibrated first is taken as the earlier");
+           "; the run that was calibrated first counts as the earlier one");
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
       Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
@@ -442,27 +442,27 @@ class FleetEngine {
          unit.disposed_by + " (" + std::string(VerdictName(unit.final_verdict)) + ": " +
          unit.disposed_why + "), since " +
          (is_file ? "its time of measurement is known only from the date of its file"
-                  : "it was measured at " + run.recorded + ", before that") +
-         "; name a later log with column `recorded` in a list, or decide again by " +
+                  : "it was measured at " + run.recorded + ", before that decision") +
+         "; list a later log with its time in column `recorded`, or decide again by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
-  /// AgreeFolders for all UnitsHeldBack: an earlier change of their files may have failed, since a
-  /// folder was missing or a process was killed. Error: the store cannot list them.
+  /// Calls AgreeFolders for all UnitsHeldBack: an earlier change of their files may have failed,
+  /// since a folder was missing or a process was killed. Error: the store cannot list these units.
   Status MakeUpForEarlier() {
     if (options_.plan.folder.empty()) return {};
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> held_back, store_->UnitsHeldBack());
     for (const std::string& serial : held_back) {
       Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
       if (!agreed) continue;  // The store fails; the next start repeats this.
-      // A missing folder is on another machine or has been archived.
+      // A missing folder may be on another machine or in an archive.
       std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
       for (const std::string& note : agreed->Notes(serial)) Warn(note);
     }
     return {};
   }
 
-  /// AgreeFolders with messages.
+  /// Calls AgreeFolders and reports what it did.
   void AgreeInFolders(const std::string& serial) {
     if (options_.plan.folder.empty()) return;
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
@@ -476,7 +476,7 @@ class FleetEngine {
     if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
   }
 
-  /// Schedules another attempt after a failure, or returns the error.
+  /// Schedules another attempt after a failure; if the options are not patient, returns the error.
   Status Failed(const Error& error, Retry* retry) const {
     constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
@@ -519,7 +519,7 @@ class FleetEngine {
   /// The state of a unit with runs in this session.
   struct UnitSoFar {
     bool is_good = false;       ///< By its present standing.
-    std::size_t good_runs = 0;  ///< Of this session.
+    std::size_t good_runs = 0;  ///< Number of good runs in this session.
   };
   std::unordered_map<std::size_t, UnitSoFar> units_;  ///< By the serial number's hash.
 };
@@ -540,8 +540,8 @@ class ListedUnits : public OrderSource {
   std::size_t next_ = 0;
 };
 
-/// Groups of indices in `units`, out of `places`, whose logs have the same readings; compares the
-/// first `most` readings of each sensor, or all.
+/// Groups of units whose logs have the same readings, as indices in `units`. Compares the units at
+/// `places`, by the first `most` readings of each sensor; unset: by all readings.
 std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>& units,
                                                      const std::vector<std::size_t>& places,
                                                      std::optional<std::int64_t> most,
@@ -571,12 +571,13 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units; each with the readings of another unit is refused, unless the serial number of the
-/// other's log was wrong. Error: of the store.
+/// The units. If another unit's log has the readings of a unit, the unit is refused, unless the
+/// other's serial number was wrong. Error: the store fails.
 Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
                                            Store& store,
                                            std::vector<UnitOrder> orders) {
-  // Readings of each sensor to compare first: they take a millisecond, and hardly agree by chance.
+  // This many readings of each sensor are compared first. It takes a millisecond, and so many
+  // readings hardly agree by chance.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
   std::vector<std::size_t> all;
@@ -607,7 +608,7 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
   return units;
 }
 
-/// Records the units that are not good among the skipped logs.
+/// Records the units that have a skipped log and are not good.
 Status NameLeftOut(Store& store, const auto& is_left_out, FleetProgress* progress) {
   if (progress->skipped == 0) return {};
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<UnitRun> not_good, store.LogsOfUnitsNotGood());
@@ -663,7 +664,7 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
   TRUETRIAD_ASSIGN_OR_RETURN(
       FleetProgress progress,
       FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped));
-  // A watch has no other end than a stop.
+  // Unlike a run, a watch is complete when it was stopped.
   TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
   progress.skipped = source->Skipped();
   TRUETRIAD_RETURN_IF_ERROR(NameLeftOut(

@@ -52,7 +52,7 @@ Result<std::ifstream> Opened(const std::string& path) {
   return file;
 }
 
-/// Error (bad input): the line is not such a header, or states another version.
+/// Error (bad input): the line is not a header of a file of runs, or states another version.
 Result<StoreHeader> ReadHeaderLine(const std::string& path, std::string_view line) {
   const Json header = Json::parse(line, nullptr, /*allow_exceptions=*/false);
   if (!header.is_object() || header.value("format", Json()) != kFormat) return NoHeader(path);
@@ -173,7 +173,7 @@ class LinesReader {
   }
 
   LinesRead read_;
-  std::unordered_set<std::size_t> runs_;  ///< Hashes of their names.
+  std::unordered_set<std::size_t> runs_;  ///< Hashes of the names of runs.
 };
 
 }  // namespace
@@ -218,14 +218,14 @@ Result<LinesRead> ForEachLine(const std::string& path, const std::function<Statu
   TRUETRIAD_ASSIGN_OR_RETURN(read.header, ReadHeaderLine(path, first));
   read.bytes = std::ssize(first);
   std::string line;
-  // At the end of the file an incomplete line has no newline.
+  // The loop ends before a last line without a newline, which is incomplete.
   for (std::int64_t number = 2; std::getline(file, line) && !file.eof(); ++number) {
     Result<std::optional<UnitRun>> run = reader.Take(line);
     if (!run) return Error(run.error().code, {path, number}, run.error().message);
     read.bytes += std::ssize(line) + 1;
     if (*run) TRUETRIAD_RETURN_IF_ERROR(take(**std::move(run)));
   }
-  // An incomplete line of a killed writer.
+  // If `line` is not empty, a killed writer left it incomplete.
   if (!line.empty()) read.is_ended = false;
   if (file.bad()) return Unreadable(path);
   return std::move(read);
@@ -251,9 +251,9 @@ Status RunLines::Lock() {
   if (errno == EWOULDBLOCK) {
     return Error(ErrorCode::kStoreFailure,
                  {path_},
-                 "another run is writing to it; wait for its end, or give each a file of its own");
+                 "another run is writing to it; wait for its end, or give each run its own file");
   }
-  // A network folder without locks: then writers are not protected from each other.
+  // A network folder may have no locks. Then writers are not protected from each other.
   const bool has_no_locks = errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS;
   return has_no_locks ? Status() : Failure();
 }

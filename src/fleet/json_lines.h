@@ -16,12 +16,13 @@
 
 namespace truetriad::fleet {
 
-// Runs as text: a header line, for each run LineOf(UnitRun) followed by the decisions about it, and
-// checks of stations anywhere. A last line counts the lines above it; without it the file is
-// incomplete. Lines that are added later are followed by another count.
+// A file of runs is text. The first line is a header. Each run is a line, LineOf(UnitRun), and the
+// decisions about the run are below it; checks of stations may be on any line. The last line counts
+// the lines above it; without it the file is incomplete. If lines are added later, a new count
+// follows them.
 
 /// The header line states the store of the runs:
-/// {"format":"truetriad/runs","schema_version":1,"shards":8,"shard":2,"store":"…",
+/// {"format":"truetriad/runs","schema_version":6,"shards":8,"shard":2,"store":"…",
 /// "retest_counts":"last"}
 std::string HeaderLine(const StoreHeader& header);
 
@@ -50,14 +51,14 @@ struct LinesRead {
 /// The header of a file; unset: it is not a file of runs, or has another version.
 std::optional<StoreHeader> HeaderOf(const std::string& path);
 
-/// Calls `take` with every run of a file. A last line without an end, as left by a killed writer,
-/// is ignored. Error (bad input): the file cannot be read or is not a file of runs; a line (named)
-/// is no run or decision, belongs to other shards than the header, or counts other lines than those
-/// above it; errors of `take`.
+/// Calls `take` with every run of a file. A last line without a newline, which a killed writer
+/// leaves, is ignored. Error (bad input): the file cannot be read or is not a file of runs; a line,
+/// which is named, is not valid, is of another shard than the header, or states wrong numbers of
+/// lines above it; errors of `take`.
 Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take);
 
-/// A file of runs that one process at a time writes. Each line is appended in one write and flushed
-/// to disk, so that it works on a network folder to which each shard writes its own file.
+/// A file of runs to which one process at a time writes. Each line is appended and flushed to disk.
+/// The file may be on a network folder, if each shard writes a file of its own.
 class RunLines {
  public:
   /// Opens or creates the file, and calls `take` with its runs. An incomplete line of a killed
@@ -80,7 +81,7 @@ class RunLines {
  private:
   explicit RunLines(std::string path) : path_(std::move(path)) {}
   Status Lock();
-  /// The text is on disk when it returns; after a failure nothing of it is in the file.
+  /// Appends a text, which is on disk on return. After a failure, a written part is cut off.
   Status Append(std::string_view text);
   Error Failure() const;
 
@@ -90,10 +91,10 @@ class RunLines {
   bool is_cut_ = false;  ///< The file ends with an incomplete line.
 };
 
-/// Error (bad input): a file of runs cannot be queried.
+/// The error (bad input) that a file of runs cannot be queried.
 Error NoQuestions(const std::string& path);
 
-/// The file of a URL: jsonl:PATH or NAME.jsonl. Unset: another kind of store.
+/// The file of a URL jsonl:PATH or NAME.jsonl. Unset: it names another kind of store.
 std::optional<std::string> JsonLinesPath(const std::string& url);
 
 }  // namespace truetriad::fleet

@@ -55,7 +55,7 @@ std::string FromWhere(std::string_view source, const std::string& where) {
 
 namespace {
 
-/// Collects runs in the order of time.
+/// Collects runs; Finish puts them in the order of measurement.
 class LineReader {
  public:
   explicit LineReader(std::vector<std::string> parameters) {
@@ -63,7 +63,7 @@ class LineReader {
     reading_.data.parameters = std::move(parameters);
   }
 
-  /// `code`: why the run or its unit is not good.
+  /// `code`: why the run or its unit is not good. `counts`: the run is current.
   void Take(const UnitRun& run,
             const std::string& code,
             UnitCourse course,
@@ -152,8 +152,8 @@ class LineReader {
   std::unordered_map<std::string, std::size_t> place_of_;  ///< Indices of parameters.
 };
 
-/// The first run of each group by `partition`, among those for which `condition` is true; for a log
-/// whose time a later list corrected, the run with the corrected time.
+/// The first measured run of each group by `partition`, among the runs for which `condition` is
+/// true. If a later list corrected the time of a log, the run with the corrected time is used.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "

@@ -63,8 +63,8 @@ Json ToJson(const line::Type1Study& study) {
           {"repeatability_share", study.repeatability_share}};
 }
 
-/// The stated reference in the unit of the study's values. If a limit and a parameter share a name,
-/// the reference is the limit's, which is in true units.
+/// The reference that is stated for a quantity; NaN: none. If a limit and a parameter share a name,
+/// the reference is for the limit, whose values are in true units.
 double ReferenceOf(const Quantity& quantity,
                    const LineReading& runs,
                    const SummaryOptions& options) {
@@ -85,7 +85,7 @@ Json StudyOf(const Quantity& quantity, const LineReading& runs, const SummaryOpt
                 {"has_limits", quantity.has_limits},
                 {"tolerance", tolerance}};
   if (is_of_one_part && quantity.values.size() < 2) {
-    study["refused"] = "the study has one run of one part; repeat it";
+    study["refused"] = "the study has only one run of one part; measure the part again";
     return study;
   }
   if (is_of_one_part) {
@@ -131,7 +131,7 @@ Status CheckReferences(const Json& studies, const std::map<std::string, double>&
           return study["name"] == name;
         })) {
       return Error(ErrorCode::kUnknownName,
-                   "the study's runs have no quantity `" + name + "` for a reference");
+                   "a reference is stated for `" + name + "`, which the study's runs do not have");
     }
   }
   return {};
@@ -143,9 +143,9 @@ Error SameRecording(const std::string& one, const std::string& other, const std:
                    of + "); measure each unit again, or leave one out with --study");
 }
 
-/// Error: one recording calibrated twice, which shows no repeatability.
+/// Error: two runs are of the same recording, which shows no repeatability.
 Status CheckAreDifferent(Store& store, const std::string& study) {
-  std::unordered_map<std::string, std::string> run_of;  // by the digest of a sensor's readings
+  std::unordered_map<std::string, std::string> run_of;  // By the digest of a sensor's readings.
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table table,
       store.Query("SELECT digest, reading.run, serial, log FROM reading JOIN (SELECT run, serial, "

@@ -46,7 +46,7 @@ Json CountsByTag(const LineReading& line, const std::string& tag) {
     counts[tag == "station" ? course.first_station : line::TagOf(line.data.units[i], tag)].Add(
         course);
   }
-  // A station counts its recordings, of whatever units.
+  // The runs of a station are all recordings made there, whatever their units.
   if (tag == "station") {
     for (auto& [station, count] : counts) count.runs = 0;
     for (const auto& [station, recordings] : line.recordings_at) counts[station].runs = recordings;
@@ -164,7 +164,7 @@ Json CapabilityOf(const Quantity& quantity, double confidence) {
   return json;
 }
 
-/// The report with names (null: all parameters together) and serial numbers instead of indices.
+/// The report, with indices replaced by parameter names (null: all together) and serial numbers.
 Json ChartsJson(const line::LineData& measured, const line::ChartReport& report) {
   const auto name_of = [&](int parameter) {
     return parameter < 0 ? Json() : Json(measured.parameters[static_cast<std::size_t>(parameter)]);
@@ -227,7 +227,7 @@ std::string_view NameOf(GoldenState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// The valid checks of each station's golden units, and the state that each implies.
+/// For each golden unit of a station: the valid checks, and the state by the last of them.
 Result<Json> GoldenOf(Store& store, const SummaryOptions& options) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<StationCheck> checks, store.StationChecks());
   std::map<std::pair<std::string, std::string>, std::vector<StationCheck>> by_unit;

@@ -16,24 +16,24 @@
 
 namespace truetriad::fleet {
 
-/// Error (usage): `tag`, which `flag` states, is not the name of a tag.
+/// Error (usage): `tag`, the value of the flag --`flag`, is not the name of a tag.
 Status CheckIsTag(std::string_view flag, const std::string& tag);
 
-/// SQL expression on `standing`: why a unit is not good, by its run or by a person's decision.
+/// SQL expression on `standing`: the run's code, or "decided by NAME" if a person overruled it.
 inline constexpr std::string_view kReason =
     "CASE WHEN final_verdict <> verdict THEN 'decided by ' || disposed_by ELSE code END";
 
 /// A string literal of SQL for any text.
 std::string SqlText(std::string_view text);
-/// " FROM … WHERE …" over the table or view `source` with a column for each tag. `where` is a
-/// condition in SQL on the columns of `standing` (for a run those of its unit) and the tags by
-/// their names; empty: all rows.
+/// The SQL " FROM … WHERE …" for the table or view `source`, with one more column for each tag.
+/// Rows of `run` also get those columns of their unit in `standing` that `run` lacks. `where` is an
+/// SQL condition on all these columns; empty: all rows.
 std::string FromWhere(std::string_view source, const std::string& where);
 
 /// The history of a unit besides its current run.
 struct UnitCourse {
   Verdict first_verdict = Verdict::kNoResult, final_verdict = Verdict::kNoResult;
-  std::string first_station = {};  ///< Of its first run.
+  std::string first_station = {};  ///< Of the unit's first run.
   std::string recorded_by = {};    ///< As UnitRun::recorded_by.
   bool is_conceded = false;        ///< Good by a person's decision, not by its run.
   int attempts = 1;
@@ -45,30 +45,31 @@ struct UnitCourse {
 /// A quantity with limits, or a parameter without limits: its values for all units that have it.
 struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
-  std::string unit;  ///< "m/s^2"; empty: none, or that of the log.
+  std::string unit;  ///< "m/s^2"; empty: no unit, or the unit of the log.
   bool has_limits = false;
   /// The limits of the last unit; infinite: open. target: NaN if there is none.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double target = std::numeric_limits<double>::quiet_NaN();
-  int missed = 0;                 ///< Units outside the limits.
-  int other_limits = 0;           ///< Units with other limits than the last.
+  int missed = 0;                 ///< Number of units that missed their own limits.
+  int other_limits = 0;           ///< Number of units with other limits than the last one.
   std::vector<int> units;         ///< Indices in LineData::units.
-  Eigen::VectorXd values, sigma;  ///< By `units`.
+  Eigen::VectorXd values, sigma;  ///< In the order of `units`.
 };
 
 /// Units in the order of measurement.
 struct LineReading {
   line::LineData data;                            ///< Each unit by its current run.
-  std::vector<UnitCourse> courses;                ///< By data.units.
+  std::vector<UnitCourse> courses;                ///< In the order of data.units.
   std::map<std::string, int> recordings_at = {};  ///< Number of recordings by station.
 
-  /// The quantity of a limit by name, or of a parameter by index. Each is built when needed, since
-  /// all together take as much memory as the units.
+  /// The quantity of a limit, by its name, and of a parameter, by its index. Each is built when
+  /// needed: all quantities together would take as much memory as the units.
   Quantity JudgedOf(const std::string& name) const;
   Quantity ParameterOf(std::size_t place) const;
-  /// Each unit by its first calibration at each station, current or not: a station would look too
-  /// good if units that were good only at a second attempt or elsewhere counted. Consumes `data`.
+  /// Of each unit the first calibration at each station, current or not. With current runs only, a
+  /// station would look too good: later attempts, also elsewhere, would replace bad ones. Moves all
+  /// units out of `data` and `others`.
   line::LineData TakeMeasured();
 
   /// The limits of a judgement; target: NaN if there is none.
@@ -82,41 +83,42 @@ struct LineReading {
 
     bool IsMissed() const { return limits % 2 == 1; }
   };
-  std::map<std::string, std::vector<Judgement>> judged;  ///< By name.
+  std::map<std::string, std::vector<Judgement>> judged;  ///< By name of limit.
   std::vector<Limits> limits;                            ///< Each distinct set once.
-  /// The units of TakeMeasured: indices in data.units, or, from its size on, in `others`.
+  /// The units of TakeMeasured. An index i < n = data.units.size() is one in data.units; otherwise
+  /// i - n is one in `others`.
   std::vector<std::uint32_t> measured;
   std::vector<line::UnitRecord> others;
 };
 
-/// The units of the store, each by its current run. Memory holds their numbers, not the store.
-/// Error: as Store::Query; usage: `where` is not a valid condition.
+/// Reads the units that `where` selects, each by its current run. Memory holds their numbers, not
+/// the store. Errors: as Store::Query; (usage) `where` is not a valid condition.
 Result<LineReading> ReadUnits(Store& store, const std::string& where = {});
 
-/// All runs, current or not, each as if it were a unit; `measured` is empty.
+/// Reads the runs that `where` selects, current or not, each as a unit. `measured` stays empty.
 Result<LineReading> ReadRuns(Store& store, const std::string& where);
 
 struct SummaryOptions {
-  std::string where = {};  ///< Selects units, as FromWhere; empty: all.
-  /// Selects the runs of a gauge study, likewise; empty: no study. Parts are the serial numbers,
-  /// appraisers the values of the tag `study_by`.
+  std::string where = {};  ///< Selects units: a condition as for FromWhere; empty: all.
+  /// Selects the runs of a gauge study: a condition as for FromWhere; empty: no study. The serial
+  /// numbers are the parts, the values of the tag `study_by` the appraisers.
   std::string study = {};
   std::string study_by = "operator";
   std::map<std::string, double> references =
       {};                      ///< By quantity: the known value of a study's only part.
   double golden_due_h = 24.0;  ///< Age at which a station's golden check is overdue.
-  std::string now = {};        ///< ISO 8601, UTC.
+  std::string now = {};        ///< Present time, ISO 8601, UTC.
   double confidence = 0.95;
-  int baseline_units = 200;  ///< Of control charts, as ChartOptions.
-  int chart_points = 0;      ///< The number of last points kept of each chart.
+  int baseline_units = 200;  ///< As ChartOptions::baseline_units.
+  int chart_points = 0;      ///< Number of last points that a chart keeps.
 };
 
-/// The statistics of a line in the order of interest: the tree "fleet-summary" of output.json, from
-/// which all views are made. Yield counts a unit at the station of its first run, even if another
-/// station's run is good. Unknown numbers are NaN.
+/// The statistics of a line as the tree "fleet-summary" of output.json, from which text, CSV and
+/// page are made. The yield counts a unit at the station of its first run, even if its current run
+/// is of another station. Unknown numbers are NaN.
 ///
-/// Error: as ReadUnits; usage: an invalid condition or tag, or a reference for an unknown quantity;
-/// not enough: too few runs of `study`; the message states what the first quantity lacks.
+/// Errors: as ReadUnits; (usage) a condition, a tag or a quantity with a reference is unknown; (not
+/// enough data) the study has too few runs; the message states what its first quantity lacks.
 Result<Json> Summarise(Store& store, const SummaryOptions& options);
 
 /// The member "study" of the tree of Summarise. Errors as there.

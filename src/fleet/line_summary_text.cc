@@ -20,7 +20,7 @@ namespace {
 
 /// At most so many rows of a table are shown in a terminal; JSON and CSV have all rows.
 constexpr std::size_t kMostRows = 12;
-/// A p below this puts an assumption in doubt.
+/// If the p of a test for normality is below this, a note states it.
 constexpr double kDoubt = 0.01;
 
 /// A heading, a table and sentences below it.
@@ -97,7 +97,7 @@ std::string ShareAndRange(const Json& estimate) {
          " to " + Share(estimate["upper"]) + ")";
 }
 
-/// A share as "9819 ppm", from one in a hundred on as "35.9 %".
+/// A share below 1 % as "9819 ppm", others as "35.9 %".
 std::string Expected(const Json& value) {
   const double share = Number(value);
   if (std::isnan(share)) return "";
@@ -105,7 +105,7 @@ std::string Expected(const Json& value) {
   return share < 1e-6 ? "< 1 ppm" : Significant(std::round(1e6 * share), 4) + " ppm";
 }
 
-/// An age in hours as "12 min", "5.3 h", "9.1 days".
+/// An age, stated in hours, as "12 min", "5.3 h" or "9.1 days".
 std::string Age(const Json& value) {
   const double hours = Number(value);
   if (hours < 0.0) return "in the future";  // A clock is wrong.
@@ -147,7 +147,7 @@ std::vector<Section> YieldSections(const Json& yield) {
   std::vector<Section> sections = {
       {.heading = Whole(yield["good"]) + " OF " + Whole(yield["units"]) +
                   " GOOD: " + ShareAndRange(yield["good_share"]) + of_these,
-       .notes = {"at first: " + ShareAndRange(yield["good_at_first_share"]) + "; " +
+       .notes = {"good at the first run: " + ShareAndRange(yield["good_at_first_share"]) + "; " +
                      Counted(yield["retested"].get<int>(), "unit") + " measured again, " +
                      Counted(yield["runs"].get<int>(), "recording") + " in all",
                  MeasuredText(yield)}}};
@@ -340,11 +340,11 @@ Section Type1Section(const Trees& quantities, int runs) {
                     }}})};
 }
 
-/// Shows only quantities with limits if there are any: parameters mostly repeat them.
+/// If there are quantities with limits, shows only these: parameters mostly repeat them.
 Section StudySection(const Json& study) {
   Trees gauges, type1s;
   const Json& quantities = study["quantities"];
-  const bool has_limits = quantities[0]["has_limits"];  // They come first.
+  const bool has_limits = quantities[0]["has_limits"];  // Quantities with limits come first.
   Section section;
   for (const Json& quantity : quantities) {
     const bool is_shown = quantity["has_limits"] == has_limits;

@@ -45,7 +45,7 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
                   std::int64_t{about.st_mtim.tv_sec} * kNsPerSecond + about.st_mtim.tv_nsec};
 }
 
-/// The state of several files, which differs after any change of a file, even to an earlier time.
+/// The state of several files. Any change of a file changes it, even if the file becomes older.
 LogStamp StampOfAll(const std::vector<std::string>& files) {
   LogStamp all;
   std::string states;
@@ -109,13 +109,13 @@ bool IsTable(const fs::path& path) {
   return (EndsIn(name, ".csv") || EndsIn(name, ".csv.gz")) && !IsHiddenOrHalf(name);
 }
 
-/// Whether a folder is searched: it is not hidden, temporary or of results (*.truetriad).
+/// Whether a folder is searched: hidden folders, temporary ones and results (*.truetriad) are not.
 bool IsEntered(const fs::path& folder) {
   return folder.extension() != ".truetriad" && !IsHiddenOrHalf(folder.filename().string());
 }
 
-/// Whether a table has a column named like a reading. True if it cannot be read, since its run will
-/// report the error.
+/// Whether a table has a column named like a reading. True if the table cannot be read: its run
+/// will report the error.
 bool HasReadings(const std::string& table) {
   const Result<std::unique_ptr<CsvReader>> csv = CsvReader::OpenHead(table);
   if (!csv) return true;
@@ -127,8 +127,8 @@ bool HasReadings(const std::string& table) {
 }
 
 /// Whether a table beside a recording.yaml belongs to it: it is named there, or has no sensor
-/// readings (attitudes, rates). If the recording.yaml cannot be read, all tables beside it do,
-/// since its run will report the error.
+/// readings (attitudes, rates). If the recording.yaml cannot be read, all tables beside it belong
+/// to it: its run will report the error.
 bool BelongsToManifest(const fs::path& table) {
   const std::string manifest = (table.parent_path() / kManifestName).string();
   const std::optional<std::vector<std::string>> named = FilesOf(manifest);
@@ -140,7 +140,7 @@ bool BelongsToManifest(const fs::path& table) {
          !HasReadings(table.string());
 }
 
-/// Walks through folders once.
+/// Walks through a folder and its subfolders, through each once.
 class Walk {
  public:
   Walk(const std::function<bool(const fs::path&)>& enters,
@@ -198,7 +198,7 @@ class Walk {
   const std::function<bool(const fs::path&)>& enters_;
   const std::function<void(const fs::path&)>& on_log_;
   std::vector<fs::path> logs_;
-  std::set<std::string> elsewhere_;  ///< Tables named by a recording.yaml elsewhere.
+  std::set<std::string> elsewhere_;  ///< Tables that another folder's recording.yaml names.
   std::set<std::pair<dev_t, ino_t>> seen_;
   std::vector<fs::path> links_;  ///< Links to folders.
   Status status_;
@@ -252,8 +252,9 @@ std::optional<Recorded> RecordedOf(const PoseSet& poses) {
 bool IsBeingWritten(const std::string& file) {
   const int descriptor = open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor < 0) return false;
-  // A read lease is refused while a process has the file open for writing. A process that opens it
-  // during the lease waits for its end; the signal that would report it is ignored.
+  // A read lease is refused while a process has the file open for writing. A process that opens the
+  // file during the lease waits for the end of the lease. The signal that would report this process
+  // is ignored.
   fcntl(descriptor, F_SETSIG, SIGURG);
   const bool is_refused = fcntl(descriptor, F_SETLEASE, F_RDLCK) != 0 && errno == EAGAIN;
   fcntl(descriptor, F_SETLEASE, F_UNLCK);
@@ -287,9 +288,9 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   DoneLogs done;
   const auto take = [&](const UnitRun& run) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) return;
-    // A refused copy is not done: the other unit's log may have been removed, as was advised.
+    // A refused copy is not done: the user may have removed the other unit's log, as advised.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) return;
-    // Only a time from a list is part of the state: a listed time differs from the log's own.
+    // Only a time that a list stated is part of the state: the log itself states all others.
     const bool is_stated = run.recorded_by == kByList;
     done.Add(run.log,
              {run.log_bytes, run.log_modified_ns},

@@ -23,8 +23,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whether the file system of a folder reports who writes to a file: network file systems and those
-/// of user programs do not.
+/// Whether the file system of a folder reports who writes to a file. Network file systems and those
+/// of user programs (FUSE) do not.
 bool SaysWhoWrites(const std::string& folder) {
   struct statfs about {};
   if (statfs(folder.c_str(), &about) != 0) return true;
@@ -69,8 +69,8 @@ class LogWatch : public OrderSource {
     return {};
   }
 
-  /// Returns the status of reading the folder, gives all logs without a run that are as at the last
-  /// look, and records the others.
+  /// Searches the folder and returns whether it could be read. Gives all logs that have no run and
+  /// are unchanged since the last look; records the others that have no run.
   Status LookAround() {
     const Clock::time_point begin = Clock::now();
     std::map<std::string, State> found;
@@ -97,7 +97,7 @@ class LogWatch : public OrderSource {
       }
     });
     waiting_ = std::move(found);
-    constexpr double kMostOfTime = 1.0 / 20.0;  // Leaves the processors to the units.
+    constexpr double kMostOfTime = 1.0 / 20.0;  // Share of looks; units need the rest.
     const Clock::time_point end = Clock::now();
     wait_ = std::max(least_wait_, Seconds(end - begin) / kMostOfTime);
     next_look_ = end + std::chrono::duration_cast<Clock::duration>(wait_);
@@ -233,12 +233,12 @@ class LogWatch : public OrderSource {
   WatchOptions options_;
   DoneLogs done_;
   Tell tell_;
-  Seconds least_wait_, wait_;                   ///< Between looks.
+  Seconds least_wait_, wait_;                   ///< Between two looks.
   std::map<std::string, State> waiting_;        ///< By log, as at the last look.
   std::map<fs::path, LogStamp> folder_states_;  ///< States of folders at this look.
   std::deque<std::string> ready_;
   std::set<std::string> given_;                               ///< Logs given and not finished.
-  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< First log of each name; hashes.
+  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hash of first log, by name hash.
   std::unordered_set<std::size_t> table_folders_;  ///< Hashes of folders that gave a table.
   /// Hashes of logs that were run in this watch, and of those that need no run.
   std::unordered_set<std::size_t> finished_, skipped_;

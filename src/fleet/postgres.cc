@@ -107,7 +107,7 @@ std::string Option(std::string_view name, std::string_view value) {
 }
 
 /// The options of `url` with this program's defaults, such as the timeouts for a silent server.
-/// Unset: a value is implausible, such as part of a password in the host; it is not shown.
+/// Unset: `url` is not valid, or a value is implausible, such as a host with part of a password.
 std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url) {
   const std::unique_ptr<PQconninfoOption, decltype(libpq.conninfoFree)> parsed(
       libpq.conninfoParse(url.c_str(), nullptr), libpq.conninfoFree);
@@ -123,7 +123,7 @@ std::optional<std::string> OptionsOf(const Libpq& libpq, const std::string& url)
       return std::nullopt;
     }
     if (value.empty() && name == "connect_timeout" && std::getenv("PGCONNECT_TIMEOUT") == nullptr) {
-      value = "10";  // s; then a silent server is given up.
+      value = "10";  // In s: the longest wait for an answer.
     }
     if (value.empty() && name == "tcp_user_timeout") value = "30000";  // ms
     if (value.empty() && name == "fallback_application_name") value = "truetriad";
@@ -138,7 +138,8 @@ class PostgresDatabase : public Database {
   PostgresDatabase(const Libpq& libpq, std::string options, std::string name)
       : libpq_(libpq), options_(std::move(options)), name_(std::move(name)) {}
 
-  /// After this call a lost connection is reopened for up to `patience`.
+  /// Connects and, to write, creates missing tables. If the connection is lost after this call, it
+  /// is reopened for up to `patience`.
   Status Open(Access access, Seconds patience) {
     bool has_tables = false;
     TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
@@ -146,7 +147,8 @@ class PostgresDatabase : public Database {
       return {};
     }));
     if (!has_tables && access == Access::kRead) {
-      return Error(ErrorCode::kStoreFailure, {name_}, "has no tables that `fleet run` has made");
+      return Error(
+          ErrorCode::kStoreFailure, {name_}, "has no tables of a store; `fleet run` adds them");
     }
     // The first process creates the tables; the others wait for it and then find them.
     if (!has_tables) {
@@ -219,13 +221,13 @@ class PostgresDatabase : public Database {
     });
     if (!status && IsOfTheQuestion(state_)) {
       return Error(ErrorCode::kInvalidArgument,
-                   "the query is not valid as one that reads (SELECT …): " + status.error().What());
+                   "the query is not valid, or does more than read: " + status.error().What());
     }
     TRUETRIAD_RETURN_IF_ERROR(status);
     return table;
   }
 
-  // A read-only transaction does not prevent access to the server's files, its settings or other
+  // Even in a read-only transaction a query can use the server's files, its settings or other
   // sessions.
   Status AllowTypedText() override {
     bool may_do_more = true;
@@ -244,9 +246,9 @@ class PostgresDatabase : public Database {
     return Error(
         ErrorCode::kInvalidArgument,
         name_ +
-            ": a superuser of PostgreSQL, or a role that may use the server's files or programs, "
-            "can do more by a query than read; connect as a role that may only read: CREATE ROLE "
-            "reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
+            ": the user is a superuser of PostgreSQL or may use the server's files or programs, so "
+            "that a query could do more than read; connect as a role that may only read: CREATE "
+            "ROLE reader LOGIN; GRANT SELECT ON ALL TABLES IN SCHEMA public TO reader");
   }
 
   void TellNotes(std::function<void(const std::string&)> on_note) override {
@@ -266,7 +268,7 @@ class PostgresDatabase : public Database {
   Status Connect() {
     connection_ = Connection(libpq_.connectdb(options_.c_str()), libpq_.finish);
     if (libpq_.status(connection_.get()) != CONNECTION_OK) return Failed("");
-    // Makes commits wait for the disk, if the server is set to less. Nothing goes to stderr.
+    // Commits wait for the disk, even if the server's default is less. Notices do not go to stderr.
     return Done(
         "SET client_min_messages TO error; SELECT set_config('synchronous_commit', 'on', false) "
         "WHERE current_setting('synchronous_commit') IN ('off', 'local')");
@@ -299,7 +301,7 @@ class PostgresDatabase : public Database {
     return Failed(state == nullptr ? "" : state);
   }
 
-  /// The connection counts as lost without a `state` (SQLSTATE), too: then it is unknown whether
+  /// Without a `state` (SQLSTATE) the connection counts as lost, too, since it is unknown whether
   /// the server has executed the statement.
   Error Failed(const std::string& state) {
     const std::string message = FirstLine(libpq_.errorMessage(connection_.get()));
@@ -315,7 +317,7 @@ class PostgresDatabase : public Database {
                  {name_},
                  "the connection was lost, and not restored within " +
                      NumberText(patience_.count()) + " s: " + last.What() +
-                     "; runs added before are kept, and --resume goes on");
+                     "; runs added before are kept, and --resume adds the rest");
   }
 
   /// Executes one statement with text or NULL for $1, $2, ….
@@ -338,7 +340,7 @@ class PostgresDatabase : public Database {
   }
 
   Result<bool> HasTables() {
-    // Not to_regclass, which may report the state before the lock of MakeTables was obtained.
+    // to_regclass is not used: it may report the state before MakeTables obtained its lock.
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table fact,
         Ask("SELECT 1 FROM pg_class WHERE relname = 'fact' AND pg_table_is_visible(oid)", {}));
@@ -373,8 +375,8 @@ class PostgresDatabase : public Database {
   Seconds patience_{0.0};
   Connection connection_{nullptr, libpq_.finish};
   std::function<void(const std::string&)> on_note_;
-  std::string state_;                ///< SQLSTATE of a transaction's last failure.
-  std::optional<std::string> lost_;  ///< Why the connection was lost, if so.
+  std::string state_;                ///< SQLSTATE of the transaction's last failure.
+  std::optional<std::string> lost_;  ///< Why the connection was lost; unset: it was not.
 };
 
 double StatedPatience() {
@@ -440,7 +442,7 @@ Result<Libpq> LoadLibpq() {
   find("PQstatus", &libpq.status);
   if (is_whole) return libpq;
   return Error(ErrorCode::kMissingProgram,
-               "a store on PostgreSQL needs its client library, which is not there: " +
+               "a store on PostgreSQL needs its client library, which cannot be loaded: " +
                    std::string(dlerror()) + "; install libpq5, or name a file");
 }
 

@@ -11,8 +11,8 @@
 
 namespace truetriad::fleet {
 
-/// The functions of libpq in use, by their names without PQ. libpq loads Kerberos, LDAP and more,
-/// which no other verb needs, so it is loaded only for a PostgreSQL store.
+/// The functions of libpq that are used, by their names without PQ. libpq is loaded only for a
+/// store on PostgreSQL, since it loads Kerberos, LDAP and more, which nothing else here needs.
 struct Libpq {
   decltype(&PQclear) clear;
   decltype(&PQcmdTuples) cmdTuples;

@@ -12,32 +12,32 @@ namespace {
 
 /// Indices and views over the tables, for SQLite and PostgreSQL alike.
 ///
-/// A run is never changed. `latest` has the last run of each unit by name, `standing` the current
-/// one. covariance: of the run's parameters in their order, the lower triangle row by row, as
-/// doubles with the least significant byte first.
+/// A run is never changed. `latest` has the run of each unit with the greatest name, `standing` the
+/// current run. The column `covariance` has the lower triangle, row by row, for the run's
+/// parameters in their order, as doubles with the least significant byte first.
 ///
-/// `measured` has for each run the first run of the unit with the same recording: of the same
-/// unchanged log, or of all the readings that it used, sensor by sensor. An attempt is a recording,
-/// however often it is calibrated.
+/// `measured` has for each run the first run of the same unit and recording (first_run). An earlier
+/// run is of the same recording if it read the same unchanged log, or has all readings that the
+/// later run used, sensor by sensor. An attempt is a recording, however often it is calibrated.
 ///
 /// `given_up` has the runs of recordings for which a person stated that the serial number was wrong
 /// (`wrong_serial` is 1) and no person stated later that it was right (0); a decision with NULL
-/// changes nothing. Such runs do not count; but if a unit has no others, the last of them is its
-/// current run, with 0 attempts.
+/// changes nothing. Such runs do not count. But if a unit has only such runs, the last of them is
+/// its current run, with 0 attempts.
 ///
-/// recorded: the time of measurement, ISO 8601, UTC, from recorded_by "list", "recording" or
-/// "file". Runs are ordered by this time; runs of the same second, and runs without a time, which
-/// come first, are ordered by name, that is by the time of the run.
+/// `recorded` is the time of measurement (ISO 8601, UTC), `recorded_by` its source: "list",
+/// "recording" or "file". Runs are ordered by this time, runs without a time first. Runs of the
+/// same second, and runs without a time, are ordered by name, that is by the time of calibration.
 ///
-/// `standing` has the current run of each unit, chosen once for each unit (the cross join keeps
-/// SQLite from choosing it once for each run) among the newest runs of its recordings. These are
-/// ordered by time of measurement: that of the newest list that states it, else that of the
-/// recording's first run. `before` is the number of recordings before it, `recorded` this time. A
-/// unit with one run costs about ten microseconds, one with 200 runs about ten milliseconds. A
-/// concession holds for the recording of its run and the limits missed there. A refusal holds,
-/// except for recordings that were first calibrated later and also measured later, by their own
-/// clock or a list: a file's time is that of its last copy. (In an export of current runs only, a
-/// decision may name a run later than itself.)
+/// `standing` has the current run of each unit, chosen among the newest runs of its recordings. (By
+/// the cross join, SQLite chooses once for each unit, not once for each run.) Recordings are
+/// ordered by time of measurement: the time that the newest list states, or, without a list, that
+/// of the recording's first run. This time is `recorded`; `before` is the number of earlier
+/// recordings. A unit with one run costs about ten microseconds, one with 200 runs about ten
+/// milliseconds. A concession holds only for the recording of its run and the limits missed there.
+/// A refusal holds for all recordings but those first calibrated and also measured after it. Only a
+/// time by a recording's own clock or a list shows this: a file's time is that of its last copy.
+/// (In an export of current runs only, a decision may name a run later than itself.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -173,7 +173,7 @@ constexpr std::string_view kSaidOfSerial =
     "measured AS same WHERE its.serial = own.serial AND one.run = its.run AND one.wrong_serial IS "
     "NOT NULL AND same.run = its.run AND same.first_run = own.first_run)";
 
-/// Within `standing`, whether the recording of a run `own` was given up: `given_up` for one unit.
+/// Within `standing`: whether the recording of a run `own` was given up, as in `given_up`.
 constexpr std::string_view kIsGivenUp =
     "EXISTS (SELECT 1 FROM disposition AS said WHERE said.wrong_serial = 1 AND said.disposition = "
     "{said_of_serial})";
@@ -288,7 +288,7 @@ std::string TableSql(std::string_view name, const std::string& columns, std::str
 
 constexpr std::string_view kOfRun = "FOREIGN KEY (run) REFERENCES run (run), ";
 
-/// The statement that creates a table of runs' items.
+/// The statement that creates a table of runs' items, such as inputs or parameters.
 std::string PartSql(std::string_view name, const std::string& columns) {
   return TableSql(name,
                   "  run {text} NOT NULL,\n  place BIGINT NOT NULL,\n" + columns,
@@ -374,8 +374,8 @@ Status CheckSchemaVersion(const std::string& name, const std::string& found) {
       ErrorCode::kStoreFailure,
       {name},
       (found.empty() ? "states no version of its schema" : "has the schema of version " + found) +
-          ", and this program reads and writes version " + std::to_string(kSchemaVersion) +
-          "; use the truetriad that wrote it, or calibrate its logs into another store");
+          ", but this program reads and writes version " + std::to_string(kSchemaVersion) +
+          "; use the truetriad that wrote it, or calibrate its logs into a new store");
 }
 
 std::vector<double> RealsFromHex(std::string_view digits) {

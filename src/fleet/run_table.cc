@@ -46,7 +46,7 @@ const std::vector<Column>& FixedColumns() {
 /// The table of a store's runs, all with the same columns.
 class RunTable {
  public:
-  /// Finds out the store's parameters and judgements.
+  /// Reads which parameters and judgements the store has: these are columns.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
     table.columns_ = FixedColumns();
@@ -93,7 +93,7 @@ class RunTable {
     row.resize(columns_.size());
     for (const Parameter& parameter : run.parameters) {
       const auto found = places_.find(parameter.name);
-      if (found == places_.end()) continue;  // It is of a run added since.
+      if (found == places_.end()) continue;  // A run that was added meanwhile has this parameter.
       row[found->second] = parameter.value;
       row[found->second + 1] = parameter.sigma;
     }
@@ -128,7 +128,7 @@ std::string CsvField(const Json& cell) {
   return is_number ? NumberText(cell.get<double>()) : "";
 }
 
-/// Writes a file of `head`, the lines of each run, and `tail` of the number of runs.
+/// Writes a file: `head`, the lines of each run, and `tail`, called with the number of runs.
 Result<std::size_t> WriteRuns(Store& store,
                               RunSelection which,
                               const std::string& path,
@@ -191,11 +191,11 @@ Result<std::size_t> ExportJsonLines(Store& store,
     std::string lines = LineOf(run);
     const auto decided = by_serial.find(run.serial);
     if (decided == by_serial.end()) return lines;
-    // If the decision's run is not exported, a decision in force moves to the current run.
+    // If only current runs are exported, a decision about another run moves to the current one.
     const bool holds = which.only_standing && run.standing && !run.standing->disposed_by.empty();
     const bool is_given_up = std::ranges::find(given_up, run.id, &UnitRun::id) != given_up.end();
     for (Disposition one : decided->second) {
-      // A wrong serial number of another recording does not apply to this one.
+      // A decision that another recording has a wrong serial number does not move.
       if (holds && (!one.wrong_serial || (one.GivesUp() && is_given_up))) one.run = run.id;
       if (one.run != run.id) continue;
       lines += LineOf(one);
@@ -207,7 +207,8 @@ Result<std::size_t> ExportJsonLines(Store& store,
     counts.runs = runs;
     return EndLine(counts);
   };
-  // An export of this store may be replaced, but not a file of a shard, which also names the store.
+  // An export of this store may be replaced. A shard's file of runs, whose header also names a
+  // store, may not.
   const std::optional<StoreHeader> there = HeaderOf(path);
   const bool is_export = there && there->store == header.store && !there->shards.only;
   return WriteRuns(store, which, path, head, lines_of, end_of, is_export);

@@ -17,21 +17,22 @@ namespace truetriad::fleet {
 /// A field of CSV, quoted if it contains commas, quotation marks or ends of lines.
 std::string CsvQuoted(const std::string& text);
 
-/// One row for each run: its fields, the standing of its unit if the run counts, its tags, for each
-/// parameter the value and its standard uncertainty (NAME.sigma), and for each quantity with limits
-/// the value in true units (NAME.judged); empty where a run lacks them. RFC 4180, UTF-8, with a row
-/// of names. A text that a spreadsheet would take for a formula is preceded by an apostrophe.
+/// Writes CSV (RFC 4180, UTF-8) with a row of column names and a row for each run: its fields; the
+/// standing of its unit if the run is current; its tags; for each parameter the value and its
+/// standard uncertainty (NAME.sigma); and for each quantity with limits the value in true units
+/// (NAME.judged). A cell is empty if the run has no such value. An apostrophe precedes a text that
+/// a spreadsheet would take for a formula.
 Result<std::size_t> ExportCsv(Store& store, const RunSelection& which, const std::string& path);
 
-/// The lines of json_lines.h: complete runs with their decisions, all checks of stations and the
-/// retest policy, from which `fleet collect` rebuilds the store.
+/// Writes a file of runs (json_lines.h): complete runs with their decisions, all checks of stations
+/// and the retest policy. `fleet collect` rebuilds the store from this file.
 Result<std::size_t> ExportJsonLines(Store& store,
                                     const RunSelection& which,
                                     const std::string& path);
 
-/// The table of the CSV for truetriad-export-parquet: a line of JSON with the columns, [{"name": …,
-/// "type": "STRING" | "INT64" | "DOUBLE" | "TIMESTAMP"}, …], then a list for each run; integers are
-/// text, since JSON's numbers cannot hold all, times are as in the store.
+/// Writes the table of ExportCsv for truetriad-export-parquet. The first line is a JSON list of
+/// columns, [{"name": …, "type": "STRING" | "INT64" | "DOUBLE" | "TIMESTAMP"}, …]; each further
+/// line is a list with the values of a run. Integers are text, so that no digit is lost.
 Result<std::size_t> ExportTypedTable(Store& store,
                                      const RunSelection& which,
                                      const std::string& path);

@@ -51,11 +51,11 @@ class SqliteDatabase : public Database {
  public:
   explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
 
-  /// Opens the file; for writing, also creates tables. `is_passing`: a temporary file of SQLite.
+  /// Opens the file; for writing, also creates tables. `is_passing`: opens a temporary one.
   Status Open(Access access, bool is_passing = false) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
-    // SQLite interprets names like :memory:, but no absolute path.
+    // Names like :memory: have a special meaning for SQLite; absolute paths have none.
     const std::string whole = is_passing ? "" : std::filesystem::absolute(path_).string();
     sqlite3* opened = nullptr;
     const int code = sqlite3_open_v2(whole.c_str(), &opened, flags, nullptr);
@@ -129,8 +129,8 @@ class SqliteDatabase : public Database {
   }
 
  private:
-  /// The table or column that an unknown name may stand for; empty: the complaint is about
-  /// something else.
+  /// A hint at the table or column that an unknown name may stand for. Empty: `complaint` is not
+  /// about a name.
   std::string Suggestion(std::string_view complaint) {
     constexpr std::string_view kTables =
         "SELECT name FROM sqlite_master WHERE type IN ('table', "
@@ -150,7 +150,7 @@ class SqliteDatabase : public Database {
         for (const std::string_view tag : TagNames()) known.push_back(tag);
       }
       const std::string_view word = complaint.substr(beginning.size());
-      // Of `one.serial` only the column; without a dot, npos + 1 is 0.
+      // Only the column of `one.serial` is compared; without a dot, npos + 1 is 0.
       const std::string near = DidYouMean(word.substr(word.rfind('.') + 1), known);
       return near.empty() ? "; docs/fleet.md has the tables and their columns" : near;
     }

@@ -33,7 +33,7 @@ constexpr std::string_view kLatestRun =
     "SELECT max(disposition) FROM run AS its CROSS JOIN disposition "
     "WHERE its.serial = $1 AND disposition.run = its.run) AS either";
 
-/// The columns of runs as ColumnsOf; a covariance is large and optional.
+/// The columns of runs, as by ColumnsOf. A covariance is large; if it is not needed, it is NULL.
 std::string RunColumns(bool has_covariance, const std::string& table = "") {
   std::string columns = ColumnsOf<UnitRun>(table);
   const std::string covariance = (table.empty() ? "" : table + ".") + "covariance";
@@ -84,7 +84,7 @@ std::optional<RetestPolicy> PolicyIn(const StoreFacts& facts) {
   return policy;
 }
 
-/// Error (usage): only a unit with a calibration can be good.
+/// Error (usage): the decision is that a unit without a calibration is good.
 Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
   if (of_run != Verdict::kNoResult || disposition.verdict == Verdict::kFail) return {};
   return Error(ErrorCode::kConflictingArguments,
@@ -94,7 +94,7 @@ Status CheckDecidable(const Disposition& disposition, Verdict of_run) {
                    "`; measure it again, or decide `FAIL`");
 }
 
-/// A table of runs' items, one row each after the run's name, and the fields that they fill.
+/// A table of runs' items. A row has the name of a run and one item, which `take` adds to it.
 struct Part {
   std::string columns;
   std::string_view table, order;
@@ -138,7 +138,7 @@ const std::vector<Part>& Parts() {
   return parts;
 }
 
-/// A run's struct from a row. Error (bad input): an unknown verdict.
+/// Reads a run or standing from a row. Error (bad input): its verdict is unknown.
 template <typename Thing>
 Result<Thing> CheckedFromRow(std::span<const Cell> row) {
   Thing thing;
@@ -153,7 +153,7 @@ Result<Thing> CheckedFromRow(std::span<const Cell> row) {
 /// The FROM and WHERE of a selection.
 std::string SourceOf(const RunSelection& which) {
   const std::string source = which.only_standing ? "standing" : "run";
-  // Tags cost a query each, so they are joined only for a condition.
+  // Each tag costs a query, so tags are joined only if there is a condition.
   if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
   return FromWhere(source, which.where);
 }
@@ -190,7 +190,7 @@ Result<std::unique_ptr<Store>> Store::OpenLines(const std::string& path) {
   const StoreHeader& header = store->lines_->header();
   TRUETRIAD_RETURN_IF_ERROR(
       store->StateShard({header.shards.only.value_or(0), header.shards.count}));
-  // A policy stated after the header could not be stored.
+  // The header is written, so the policy cannot change any more.
   TRUETRIAD_RETURN_IF_ERROR(store->StateRetestPolicy(header.policy.value_or(RetestPolicy())));
   return store;
 }
@@ -271,8 +271,8 @@ Result<bool> Store::Has(const std::string& run) {
 }
 
 Status Store::ForEachLastRun(const std::function<void(const UnitRun&)>& take) {
-  // Reads logs in batches, each after the log $1, since a million need not be in memory at once. A
-  // run has a row for each of its tags, or one row without tags.
+  // Reads logs in batches, each from the first log after $1 on: a million are too many for memory.
+  // A run has one row for each of its tags; without tags, it has one row.
   const std::string last_runs =
       "SELECT " + RunColumns(false, "last") +
       ", tag.name, tag.value FROM (SELECT * FROM run AS one WHERE log > $1 AND NOT EXISTS (SELECT "
@@ -343,7 +343,7 @@ Result<StoreHeader> Store::Header() {
   if (!last) {
     return Error(ErrorCode::kStoreFailure,
                  "its fact `shards` is `" + stated +
-                     "`, not a number of shards; it has been changed by another program");
+                     "`, not a number of shards; the store has been changed by another program");
   }
   header.shards.count = last->count;
   return header;
@@ -481,7 +481,7 @@ Status Store::CheckReadings(const Disposition& disposition) {
   // A refusal takes the readings back only if it states that the serial number was right.
   const bool takes_back = disposition.wrong_serial.has_value();
   if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
-  // The run itself may have been refused before its readings were read.
+  // The run itself has no readings if it was refused before they were read.
   UnitRun own;
   own.serial = disposition.serial;
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -558,7 +558,7 @@ Result<Disposition> Store::Dispose(const Disposition& disposition) {
     if (standing.rows.empty()) {
       return Error(ErrorCode::kUnknownName,
                    database_->name() + ": has no unit `" + disposition.serial +
-                       "`; `truetriad fleet query` lists those that it has");
+                       "`; `truetriad fleet query` lists its units");
     }
     const std::string counting = standing.rows[0][0].value_or("");
     added.run = disposition.run;
@@ -701,7 +701,7 @@ Result<std::vector<UnitRun>> Store::RunsOfPage(const RunSelection& which,
 }
 
 Status Store::ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take) {
-  std::string after;  // A condition: after the last unit that was read.
+  std::string after;  // SQL: units after the last one that was read.
   for (;;) {
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Table last,

@@ -21,14 +21,14 @@
 
 namespace truetriad::fleet {
 
-/// The part of a fleet's units that one of several runs calibrates.
+/// The part of a fleet's units that one of several fleet runs calibrates.
 struct Shard {
   int index = 0;  ///< From 0.
   int count = 1;  ///< At most kMostShards.
 };
 inline constexpr int kMostShards = 1'000'000;  // Chosen: above any real count; more is rejected.
 
-/// "2/8"; empty: the only shard. Unset: not such a text, or the index is not below the count.
+/// Reads "2/8", index and count; empty: the only shard. Unset: the text or its numbers are invalid.
 std::optional<Shard> ShardFromText(std::string_view text);
 /// The inverse of ShardFromText.
 std::string ShardText(const Shard& shard);
@@ -78,24 +78,25 @@ struct StatedShards {
 /// A selection of runs.
 struct RunSelection {
   bool only_standing = false;  ///< Only the current run of each unit.
-  /// A condition in SQL on `run` or `standing` and the tags by their names; empty: all runs.
+  /// An SQL condition on columns of `run`, `standing` and tags (FromWhere); empty: all runs.
   std::string where = {};
   bool with_standing = false;  ///< Fills UnitRun::standing.
-  bool is_whole = true;        ///< Fills inputs, findings and covariance.
+  bool is_whole = true;        ///< Fills inputs, readings, findings and covariance.
 };
 
 /// A person's decision about a unit, whatever the verdict of its run. It holds until a later
-/// decision, or until a later run of another recording counts; after a refusal, that recording must
-/// have been measured later.
+/// decision. A concession (PASS) also ends when the current run is of another recording, has no
+/// result or misses other limits; a refusal (FAIL) also ends when the current recording was
+/// calibrated and measured after it.
 struct Disposition {
-  std::string id;       ///< NewRunId; a unit's greatest is its last decision.
+  std::string id;       ///< As NewRunId; a unit's last decision has the greatest id.
   std::string serial;   ///< Of the unit.
   std::string created;  ///< ISO 8601, UTC.
   std::string who, why;
   Verdict verdict = Verdict::kPass;  ///< One of kVerdictsOfPeople.
   std::string run = {};              ///< The current run, or another one of the unit.
-  /// Whether the recording of the run belongs to another unit because its serial number was wrong;
-  /// false: it is the unit's own after all; unset: an earlier statement stays valid.
+  /// True: the serial number of `run` was wrong, so its recording belongs to another unit. False:
+  /// the number was right after all. Unset: an earlier statement stays valid.
   std::optional<bool> wrong_serial = {};
 
   bool GivesUp() const { return wrong_serial.value_or(false); }
@@ -103,9 +104,9 @@ struct Disposition {
 /// The verdicts of a decision: the unit may be delivered, or it may not.
 inline constexpr std::array kVerdictsOfPeople = {Verdict::kPass, Verdict::kFail};
 
-/// Error (usage): who or why is blank, longer than 200 or 2000 bytes, of several lines or not
-/// UTF-8, the verdict is not in kVerdictsOfPeople, or the serial number was wrong but the verdict
-/// is not FAIL.
+/// Error (usage): `who` or `why` is blank, has several lines, is not UTF-8 or is longer than 200
+/// (`who`) or 2000 (`why`) bytes; the verdict is not in kVerdictsOfPeople; or the serial number was
+/// wrong but the verdict is not FAIL.
 Status CheckDisposition(const Disposition& disposition);
 
 /// A repeated measurement of a station's golden unit.
@@ -114,28 +115,28 @@ struct StationCheck {
   std::string station;
   std::string serial;   ///< Of the golden unit.
   std::string created;  ///< ISO 8601, UTC.
-  /// Time of measurement, likewise, by the recording's clock or the file's time. The age of a check
-  /// counts from it.
+  /// Time of measurement (ISO 8601, UTC), by the recording's clock or the time of its file. The age
+  /// of a check counts from this time.
   std::string recorded;
   bool agrees = false;
-  /// The p of all differences together, and the largest difference in sigma; NaN: unknown.
+  /// The p-value of all differences together; the largest difference in sigma; NaN: unknown.
   double p = std::numeric_limits<double>::quiet_NaN();
   double largest = std::numeric_limits<double>::quiet_NaN();
-  std::string parameter;  ///< The one with the largest difference.
+  std::string parameter;  ///< The parameter with the largest difference.
   std::string log;
   std::string recording = {};      ///< RecordingOf its readings; empty: unknown.
-  std::string repeatability = {};  ///< Allowed for the golden unit, as stated.
+  std::string repeatability = {};  ///< As the user stated it for the golden unit.
 };
 
 /// The state of a station according to a golden unit.
 enum class GoldenState {
   kGood,
-  kDisagrees,  ///< Its last recording disagreed, however long ago; a later one must agree.
-  kOverdue,    ///< Its last recording is too old, or of unknown age.
-  kToCome,     ///< Its last recording is dated in the future: a clock is or was wrong.
+  kDisagrees,  ///< The last recording disagreed, however long ago; a later one must agree.
+  kOverdue,    ///< The last recording is too old, or its age is unknown.
+  kToCome,     ///< The last recording is dated in the future: a clock is or was wrong.
 };
-/// The state by the last valid check of a golden unit at `now_s` seconds after the beginning of
-/// 1970; a recording older than `due_s` is overdue.
+/// The state at `now_s` (seconds since 1970) by the last valid check of a golden unit. If its
+/// recording is older than `due_s` seconds, it is overdue.
 GoldenState GoldenStateOf(const StationCheck& last, double now_s, double due_s);
 
 /// The decisions and checks of a store.
@@ -154,10 +155,10 @@ std::string_view RetestCountsName(RetestCounts counts);  ///< "last", "first", "
 std::optional<RetestCounts> RetestCountsFromName(std::string_view name);
 
 struct RetestPolicy {
-  /// Applies to the runs that `most` admits; kBest takes the last run with the best verdict, in the
-  /// order of the enumeration Verdict.
+  /// Applies to the runs that `most` admits. kBest takes the run with the best verdict, by the
+  /// order of the enumeration Verdict; of several such runs, the last one.
   RetestCounts counts = RetestCounts::kLast;
-  /// The number of recordings after the first whose runs may count, 0 to a million; unset: all.
+  /// How many recordings after the first may count, 0 to a million; unset: all of them.
   std::optional<std::int64_t> most;
 
   bool operator==(const RetestPolicy&) const = default;
@@ -176,11 +177,11 @@ struct StoreHeader {
 class Database;
 class RunLines;
 
-/// A store of runs: a database, or a file of runs (json_lines.h) for transport into one. A run is
-/// added once and never changed. All functions: error (bad input) if the store cannot be reached or
-/// written. A file of runs cannot be queried (Query, ForEachRun, checks of stations: error, bad
-/// input) and knows no standings, since it has only some of the units' runs; `fleet collect` makes
-/// a database of it.
+/// A store of runs: a database, or a file of runs (json_lines.h), which `fleet collect` adds to a
+/// database. A run is added once and never changed. All functions: error (bad input) if the store
+/// cannot be reached or written. For a file of runs, Query, ForEachRun, decisions and checks of
+/// stations return an error (bad input), and there are no standings, since the file has only some
+/// of the units' runs.
 class Store {
  public:
   /// A store in `database`. Error (bad input): its tables have another version.
@@ -189,83 +190,83 @@ class Store {
   static Result<std::unique_ptr<Store>> OpenLines(const std::string& path);
   ~Store();
 
-  /// The run is on disk when it returns. A run already in a database is not added again.
+  /// Adds a run, which is on disk on return. A run already in a database is not added again.
   Status Add(const UnitRun& run) { return AddAll({&run, 1}); }
   /// The same for several runs, which is faster.
   Status AddAll(std::span<const UnitRun> runs);
-  // Functions that return UnitRun below fill the columns of `run`, but not its lists.
+  // Unless they state otherwise, functions below fill only columns of `run` in UnitRun, no lists.
 
   /// Whether a run of this name exists.
   Result<bool> Has(const std::string& run);
   /// The greatest name of a run of the same unit or log, or of a decision about the unit; empty if
   /// there is none.
   Result<std::string> LatestRun(const UnitRun& run);
-  /// A run of another unit that has all readings of this one and was not refused as a copy, unless
-  /// a person stated that its serial number was wrong; unset: there is none.
+  /// The first run of another unit that has all readings of this run; unset: there is none. Runs
+  /// without a result, such as refused copies, and runs with a wrong serial number are ignored.
   Result<std::optional<UnitRun>> RunOfSameReadings(const UnitRun& run);
   /// The runs for which a person stated that their serial number was wrong.
   Result<std::vector<UnitRun>> RunsGivenUp();
   /// Calls `take` with the last run of each log and its tags.
   Status ForEachLastRun(const std::function<void(const UnitRun&)>& take);
-  /// Sets the shard of further runs; the first call fixes the number of shards. Error (usage):
-  /// another number is fixed, or the file of runs belongs to another shard.
+  /// States the shard of further runs; the first call fixes the number of shards. Error (usage):
+  /// the store has another number, or is a file of runs of another shard.
   Status StateShard(const Shard& shard);
-  /// Sets the rule for a unit's current run; the first call fixes it. Error (usage): another policy
-  /// is fixed, or the file of runs began without one.
+  /// Sets the rule for a unit's current run; the first call fixes it. Error (usage): the store has
+  /// another policy, the policy is invalid, or a file of runs began without a policy.
   Status StateRetestPolicy(const RetestPolicy& policy);
-  /// The last run of the run's unit that missed limits after all its good runs; empty if there is
-  /// none.
+  /// The last FAIL run of the unit of `run`, if no good run other than `run` is later; else empty.
   Result<std::string> FailedSinceGood(const UnitRun& run);
   Result<StoreHeader> Header();
-  /// The runs of one unit for which a person stated that their serial number was wrong, by name,
-  /// each with that decision in the form of a standing.
+  /// By name, the runs of one unit for which a person stated that their serial number was wrong.
+  /// The standing of each is made from that decision.
   Result<std::map<std::string, Standing>> GivenUpOf(const std::string& serial);
-  /// Unset: there is no such unit.
+  /// Unset: there is no such unit, or the store is a file of runs.
   Result<std::optional<Standing>> StandingOf(const std::string& serial);
-  /// Units whose files may have to change (AgreeFolders): a person decided about them, or they are
-  /// not good although another run has a result.
+  /// Units whose files AgreeFolders may have to change: a person decided about them or gave up one
+  /// of their runs, or they are not good although another of their runs has a result.
   Result<std::vector<std::string>> UnitsHeldBack();
-  /// The last run of each log of the units that are not good by their current run.
+  /// The last run of each log of the units whose final verdict is not good.
   Result<std::vector<UnitRun>> LogsOfUnitsNotGood();
   /// A unit whose serial number differs only in upper or lower case; empty if there is none.
   Result<std::string> UnitOfOtherLetters(const std::string& serial);
   /// The unit's runs that have files, in the order of their names.
   Result<std::vector<UnitRun>> FoldersOfUnit(const std::string& serial);
-  /// Adds a disposition of the unit's run that it names, else of the current run, and returns it as
-  /// added: with that run, and with a name later than all of its runs and decisions. An error
-  /// changes nothing. Error (usage): there is no such unit or run, it is unclear for which
-  /// recording the serial number was wrong, the unit would be good by a run that was given up or
-  /// does not count, or its readings count for another unit.
+  /// Adds a decision and returns it as added. If it names no run, it is about the unit's current
+  /// run, or, if it states `wrong_serial`, about the unit's only recording. It gets a name later
+  /// than all runs of the unit and all decisions. An error changes nothing. Error (usage): there is
+  /// no such unit or run; `wrong_serial` could be about several recordings; the unit would be good
+  /// by a run that was given up, does not count or has no result; the run's readings count for
+  /// another unit.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name if the clock has gone back. Returns the check that decides the
-  /// golden unit's state at the station, if it is another one: a recording counts by its first
-  /// check at a station, and the last recording decides.
+  /// Adds a check, with a later name if the clock has gone back. If another check decides the
+  /// golden unit's state at the station, returns that check: only the first check of a recording
+  /// counts, and the last recording decides.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
-  /// The valid checks in order: of all stations, or of one station the last for each golden unit.
+  /// The valid checks by time of measurement: all, or the last of each golden unit at one station.
   Result<std::vector<StationCheck>> StationChecks();
   Result<std::vector<StationCheck>> LastStationChecks(const std::string& station);
   Result<Decisions> ReadDecisions();
-  /// Adds decisions and checks of another store, whose runs are all here; existing ones stay.
+  /// Adds decisions and checks of another store. Their runs must be here. Existing entries stay.
   Status AddDecisions(const Decisions& decisions);
-  /// Marks a file of runs as complete until more is added.
+  /// Marks a file of runs as complete until more is added; does nothing for a database.
   Status MarkEnd();
-  /// Runs a query. Error (usage): the statement does not only read.
+  /// Runs a query. Error (usage): it is not valid, or would change the store.
   Result<Table> Query(const std::string& sql);
   /// The first field of each row of a query.
   Result<std::vector<std::string>> QueryTexts(const std::string& sql);
-  /// Error (usage): text that a user typed must not be part of a query, since the connected user
-  /// could do more by a query than read the store.
+  /// Error (usage): the database lets the connected user do more by a query than read the store, so
+  /// text that a person typed must not be part of a query.
   Status AllowTypedText();
-  /// Sets the callback for notes on slow work; empty: none.
+  /// Sets the callback for notes on delays, such as a lost connection; empty: none.
   void TellNotes(std::function<void(const std::string&)> on_note);
-  /// Calls `take` with complete runs one after another, in the order of serials and then names;
-  /// memory does not grow with their number. Errors also: those of `take`; (usage) an invalid
-  /// condition.
+  /// Calls `take` with the selected runs one after another, by serial number and then by name;
+  /// memory does not grow with their number. Further errors: those of `take`; (usage) the condition
+  /// is invalid.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// Those of `runs` that exist, complete.
+  /// Those of the named runs that exist, with all lists.
   Result<std::vector<UnitRun>> ReadRuns(const std::vector<std::string>& runs);
-  /// Does all of `work`, which uses this store, or nothing of it, also if it throws. It may be
-  /// called several times, since a lost connection is reopened.
+  /// Runs `work`, which uses this store, in one transaction; an error or exception undoes all of
+  /// it. If the connection is lost, it is reopened and `work` is called again.
   Status Together(const std::function<Status()>& work);
 
  private:
@@ -275,16 +276,17 @@ class Store {
       const std::vector<std::pair<std::string_view, std::string>>& stated);
   /// Inserts the rows of a run unless it exists. In a transaction.
   Status InsertRun(const UnitRun& run);
-  /// Error (usage): the decision would return readings that count for another unit.
+  /// Error (usage): the decision relies on a run whose readings count for another unit or whose
+  /// serial number was wrong.
   Status CheckReadings(const Disposition& disposition);
-  /// Error (usage): the run is not the unit's, or cannot be conceded while `counting` counts.
+  /// Error (usage): the run is not the unit's, or a run other than `counting` would be conceded.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
-  /// The run of the unit's only recording with a result that was given up (`is_given_up`) or was
-  /// not; empty if there is none. Error (usage): there are several.
+  /// The last run of the unit's only recording that has a result and was given up (`is_given_up`)
+  /// or was not; empty: there is none. Error (usage): there are several such recordings.
   Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
   /// Inserts rows and returns the number of new ones. In a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
-  /// Makes `id` greater than all names of a table and `other`; false: it exists already.
+  /// Makes `id` greater than `other` and all names in a table. False: the table has `id` already.
   Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
   /// Returns the rows of a query.
   Result<Table> Asked(std::string_view sql, const std::vector<Value>& values = {});
@@ -298,35 +300,35 @@ class Store {
   Result<std::vector<Thing>> Things(const std::string& sql, const std::vector<Value>& values = {});
   /// Runs `work` in the present transaction, or in a new one.
   Status Transact(Access access, const std::function<Status()>& work);
-  /// The runs for which `condition`, on columns of `run` only, is true.
+  /// The selected runs for which `condition`, which uses columns of `run` only, is true.
   Result<std::vector<UnitRun>> RunsOfPage(const RunSelection& which, const std::string& condition);
   /// Fills the standings of the current runs among `runs`.
   Status TakeStandings(const std::string& condition, std::vector<UnitRun>* runs);
 
   std::unique_ptr<Database> database_;
   bool is_in_transaction_ = false;
-  std::unique_ptr<RunLines> lines_;  ///< The file of runs; database_ holds what is queried of it.
+  std::unique_ptr<RunLines> lines_;  ///< A file of runs; database_ then has what is queried.
 };
 
 /// `url` without its password, for messages and files.
 std::string ShownStore(const std::string& url);
 
-/// The name of a store from any working directory: for a file its absolute path.
+/// A name of the store that is valid in any working directory: for a file its absolute path.
 std::string NameOfStore(const std::string& url);
 
 /// Opens or creates a store: PATH, sqlite:PATH, NAME.jsonl, jsonl:PATH, postgresql://…,
-/// postgres://…, and name=value of libpq as postgresql:name=value …. Error (bad input): it cannot
+/// postgres://…, or postgresql: with options of libpq, name=value …. Error (bad input): it cannot
 /// be reached, is not a store of this program, has another schema version, is on a file system
-/// where SQLite cannot lock, or is not a regular file (a pipe, a device). Error (usage): another
-/// kind of URL, one without a file name, or a build without PostgreSQL.
+/// where SQLite cannot lock, or is not a regular file (a pipe, a device). Error (usage): the URL is
+/// of another kind or has no file name, or libpq is not installed.
 Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 
-/// Opens an existing store for reading only; while an InputGuard lives, its file cannot be replaced
-/// either.
+/// Opens an existing store for reading only. While an InputGuard exists, this program does not
+/// overwrite the file of the store either.
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
-/// Error (bad input): the path is not a regular file, since a pipe would never end; for reading, it
-/// does not exist; for writing, its folder cannot be created.
+/// Error (bad input): the path is no regular file but, for example, a pipe, which would never end;
+/// it is to be read and does not exist; it is to be written and its folder cannot be created.
 Status CheckStoreFile(const std::string& path, Access access);
 
 /// The file of a store; unset: a server keeps it.
@@ -336,12 +338,12 @@ std::optional<std::string> FileOfStore(const std::string& url);
 /// postgresql:name=value …. Unset: not a URL of PostgreSQL.
 std::optional<std::string> PostgresOptions(const std::string& url);
 
-/// Error (usage): `url` names no file or one with a special meaning for SQLite, or looks like a
-/// misspelled server URL; the message does not show it, since it may hold a password.
+/// Error (usage): `url` names no file, or one with a special meaning for SQLite, or looks like a
+/// misspelled server URL. The message does not show a server URL, since it may contain a password.
 Status CheckStoreUrl(const std::string& url);
 
-/// A URL of PostgreSQL for messages: only server, port, database and user. Where the parts are
-/// ambiguous, as for a password with a bare @, / or ?, or for quoted values, none of them.
+/// A URL of PostgreSQL for messages: only server, port, database and user. If these are ambiguous,
+/// since a password has a bare @, / or ? or a value is quoted, none of them is shown.
 std::string ShownPostgres(const std::string& url);
 
 // Data from other stores and files is checked once, on input. All errors are bad input and name the
@@ -350,15 +352,15 @@ std::string ShownPostgres(const std::string& url);
 /// Whether `name` has the form of NewRunId with a valid time.
 bool IsRunId(std::string_view name);
 
-/// Error: its name or time is invalid, or its name is after 2200; it is good but misses a limit, or
-/// outside its limits but misses none; the serial number is empty, longer than 1000 bytes or has a
-/// NUL; a number is not finite, or negative where it cannot be; a parameter occurs twice, or the
-/// covariance has another size.
+/// Error: the run's name or a time is invalid, or its name is after 2200; it is good but misses a
+/// limit, or FAIL but misses none; the serial number is empty, longer than 1000 bytes or has a NUL;
+/// a path has a NUL; a number is not finite, or negative where it must not be; a parameter occurs
+/// twice, or the covariance has another size.
 Status CheckRun(const UnitRun& run);
 
-/// Error: the name, time or run is invalid, or as CheckDisposition.
+/// Error: the name, time or run of the decision is invalid, or CheckDisposition has an error.
 Status CheckStored(const Disposition& disposition);
-/// Error: the name or time is invalid, or the station is empty.
+/// Error: the name or a time of the check is invalid, or its station is empty.
 Status CheckStored(const StationCheck& check);
 
 }  // namespace truetriad::fleet

@@ -62,7 +62,7 @@ Status CheckLine(const std::string& what, const std::string& text, std::size_t l
   });
   if (!is_blank && is_line && IsUtf8(text) && text.size() <= longest) return {};
   return Error(ErrorCode::kInvalidArgument,
-               "a disposition states " + what + " in one line of at most " +
+               "a decision must state " + what + " in one line of at most " +
                    std::to_string(longest) + " bytes of UTF-8");
 }
 
@@ -209,14 +209,14 @@ Status CheckStoreUrl(const std::string& url) {
         return path.find(part) != std::string_view::npos;
       })) {
     return Error(ErrorCode::kInvalidArgument,
-                 "--store: what is named looks like a connection to a server; expected "
+                 "--store: this name looks like a connection to a server; expected "
                  "postgresql://HOST/DATABASE, \"postgresql:host=HOST dbname=DATABASE\", or a file, "
                  "as in line.db or shard-2.jsonl");
   }
   if (!path.empty() && !path.starts_with(':') && !path.starts_with("file:")) return {};
-  return Error(
-      ErrorCode::kInvalidArgument,
-      "--store=" + url + " names no file, so nothing would be kept; expected one, as in line.db");
+  return Error(ErrorCode::kInvalidArgument,
+               "--store=" + url +
+                   " names no file, so nothing would be kept; expected a file, as in line.db");
 }
 
 std::string ShownPostgres(const std::string& url) {
@@ -232,7 +232,7 @@ std::string ShownPostgres(const std::string& url) {
   }
   std::string shown(kScheme);
   const std::string values = url.substr(kScheme.size());
-  // A quoted value may have blanks, and then look like the next option.
+  // A quoted value may contain blanks, and a part of it could look like an option.
   if (values.find_first_of("'\\") != std::string::npos) return shown;
   for (std::sregex_iterator value(values.begin(), values.end(), kValue), end; value != end;
        ++value) {
@@ -243,7 +243,8 @@ std::string ShownPostgres(const std::string& url) {
 
 namespace {
 
-/// Whether `text` has digits for each 0 of `form`, hexadecimal ones for each x, else equals it.
+/// Whether `text` has a digit where `form` has 0, a hexadecimal digit where it has x, and equals it
+/// elsewhere.
 bool HasForm(std::string_view text, std::string_view form) {
   if (text.size() != form.size()) return false;
   for (std::size_t i = 0; i < form.size(); ++i) {
@@ -265,7 +266,7 @@ std::string InWords(std::string_view text) {
 }
 
 Status CheckName(std::string_view name) {
-  // A later name would force all names after it to be later, until no year is left.
+  // New names are later than all others, so a name of the year 9999 would leave no later ones.
   constexpr std::string_view kTooLate = "2201";
   if (IsRunId(name) && name < kTooLate) return {};
   return Wrong("its name is " + InWords(name) +
@@ -278,7 +279,7 @@ Status CheckTime(const std::string& time, const std::string& name = "created") {
   return Wrong(name + " is " + InWords(time) + ", expected a time as in 2026-11-24T23:59:59Z");
 }
 
-/// Error: the time of measurement or its source is invalid or, unlike the other, not stated.
+/// Error: the time of measurement or its source is invalid, or only one of the two is stated.
 Status CheckRecorded(const UnitRun& run) {
   if (run.recorded.empty() && run.recorded_by.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(CheckTime(run.recorded, "recorded"));
@@ -292,7 +293,7 @@ Status CheckRecorded(const UnitRun& run) {
 Status CheckNumber(const std::string& name, double value, bool may_be_negative) {
   if (std::isfinite(value) && (may_be_negative || value >= 0.0)) return {};
   return Wrong(name + " is " + std::to_string(value) +
-               (may_be_negative ? ", no number" : ", expected 0 or more"));
+               (may_be_negative ? ", which is not finite" : ", expected 0 or more"));
 }
 
 Status CheckParameters(const UnitRun& run) {
@@ -307,7 +308,7 @@ Status CheckParameters(const UnitRun& run) {
   const std::size_t size = run.parameters.size();
   if (!run.covariance.empty() && run.covariance.size() != size * (size + 1) / 2) {
     return Wrong("the covariance has " + std::to_string(run.covariance.size()) +
-                 " numbers, and that of " + std::to_string(size) + " parameters has " +
+                 " numbers, but that of " + std::to_string(size) + " parameters has " +
                  std::to_string(size * (size + 1) / 2));
   }
   for (const double value : run.covariance) {
@@ -323,11 +324,11 @@ Status CheckVerdict(const UnitRun& run) {
                                    [](const LimitCheck& check) { return !check.pass; });
   const bool is_missed = missed != run.judgements.end();
   if (is_missed && !IsRed(run.verdict)) {
-    return Wrong("its verdict is `" + std::string(VerdictName(run.verdict)) + "`, and its limit " +
+    return Wrong("its verdict is `" + std::string(VerdictName(run.verdict)) + "`, but its limit " +
                  InWords(missed->name) + " is missed");
   }
   if (is_missed || run.verdict != Verdict::kFail) return {};
-  return Wrong("its verdict is `FAIL`, and it misses none of its limits");
+  return Wrong("its verdict is `FAIL`, but it misses none of its limits");
 }
 
 }  // namespace

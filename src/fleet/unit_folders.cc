@@ -46,14 +46,14 @@ bool IsUnfinished(const fs::path& folder) {
   return fs::exists(folder / kUnfinished, failure) || fs::is_empty(folder, failure);
 }
 
-/// The store for the run of an unfinished folder; unset: not stated yet.
+/// The store to which the run of an unfinished folder was to be added; unset: not stated yet.
 std::optional<std::string> StoreOf(const fs::path& folder) {
   std::ifstream mark(folder / kUnfinished, std::ios::binary);
   std::string store(std::istreambuf_iterator<char>(mark), {});
   return store.empty() ? std::nullopt : std::optional(std::move(store));
 }
 
-/// Unfinished folders of runs, in those units' folders that have changed since `since`.
+/// The unfinished folders of runs, in the units' folders that have changed after `since`.
 std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_type since) {
   std::vector<fs::path> found;
   std::error_code failure, vanished;
@@ -71,7 +71,8 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes folders of runs for `store` (named `name`) that the store lacks. False: the store fails.
+/// Removes those of the folders whose run was for `store` (its mark is `name`), which lacks the
+/// run. False: the store fails.
 bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
@@ -215,7 +216,8 @@ Decision OfPerson(const Standing& unit) {
 /// Precedes the name of a run in the field `who` of a decision.
 constexpr std::string_view kRunWord = "run ";
 
-/// The decision that this run's unit may not be delivered because of its current run.
+/// The decision, for files of other runs, that the unit may not be delivered: its current run is
+/// not good.
 Decision OfRunThatCounts(const Standing& unit) {
   return {.verdict = Verdict::kFail,
           .who = std::string(kRunWord) + unit.run,
@@ -237,7 +239,7 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
     if (!is_stated && (is_red || counts)) decisions.push_back(decision);
     return decisions;
   }
-  // A concession ends with the next current run; an unlifted refusal stays.
+  // No decision is in force in the store. So a concession in the files has ended; a refusal stays.
   if (!decisions.empty() && decisions.back().verdict == Verdict::kPass) decisions.clear();
   if (is_red && !counts && !IsRed(calibration.verdict())) {
     decisions.push_back(OfRunThatCounts(unit));
@@ -245,9 +247,9 @@ std::vector<Decision> WhatHolds(Calibration calibration, const Standing& unit, b
   return decisions;
 }
 
-/// Makes the files of a run agree with `unit` and returns the withdrawn exports. Exports go first
-/// and calibration.yaml last: if the process is killed between, a unit is blocked rather than
-/// released, and the next call does the rest.
+/// Makes the files of a run agree with `unit` and returns the withdrawn exports. Exports are
+/// changed first, calibration.yaml last: if the process is killed in between, the unit is blocked
+/// rather than released, and the next call does the rest.
 Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& unit, bool counts) {
   std::vector<std::string> withdrawn;
   // For a symbolic link the target is changed.
@@ -294,7 +296,7 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
   }
   for (const Unreached& one : unreached) {
     notes.push_back(serial + ": " + one.error.message + (why.empty() ? "" : "; " + why) +
-                    "; `export` from there does not notice this");
+                    "; `export` of these files ignores this");
   }
   return notes;
 }
@@ -307,7 +309,7 @@ Result<Agreement> AgreeFolders(Store& store, const std::string& serial, const fs
       FolderClaim::WaitFor(fs::path(FolderOf(folders.back().folder, units)).parent_path().string());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<Standing> unit, store.StandingOf(serial));
   if (!unit) return agreement;
-  // If only the current run has files, they state its verdict already.
+  // If only the current run has files and no person decided, these state the verdict already.
   if (folders.size() == 1 && folders.front().id == unit->run && unit->disposed_by.empty()) {
     return agreement;
   }
@@ -364,7 +366,7 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   const bool is_refused =
       !held.decisions.empty() && held.decisions.back().verdict == Verdict::kFail;
   if (is_refused || calibration.decisions.empty()) return held;
-  // The files may have later decisions of a store into which this one was collected.
+  // This store may have been collected into another one, whose later decisions the files have.
   const Decision& last = calibration.decisions.back();
   bool is_of_another =
       counts && ((*unit)->disposed_by.empty() || last.created > (*unit)->disposed_at);

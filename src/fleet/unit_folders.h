@@ -12,37 +12,38 @@
 
 namespace truetriad::fleet {
 
-/// Creates the folder of a run's files, marked as unfinished and with the `store` that the run goes
-/// into (WorkPlan::StoreMark). Error (bad input): it cannot be created.
+/// Creates the folder of a run's files. Its mark states that it is unfinished, and to which `store`
+/// the run will be added (WorkPlan::StoreMark). Error (bad input): it cannot be created.
 Status BeginFolder(const std::string& folder, const std::string& store);
-/// Removes the folder and its files, the mark of an unfinished folder last, so that an interrupted
-/// removal leaves a folder that still counts as unfinished.
+/// Removes the folder and its files; the mark of an unfinished folder is removed last. So if the
+/// removal is interrupted, the folder still counts as unfinished.
 void RemoveFolder(const std::string& folder);
-/// Removes the mark once the run is in the store. Does nothing without a folder.
+/// Removes the mark, once the run is in the store. Does nothing if `folder` is empty.
 void FinishFolder(const std::string& folder);
-/// Writes a run's result into its folder, all or nothing: the report, if any, calibration.json and
-/// calibration.yaml. Error (bad input): it cannot be written.
+/// Writes all files of a run's result into its folder, or none: calibration.json, calibration.yaml
+/// and the report, if it is set. Error (bad input): a file cannot be written.
 Status WriteResult(const std::string& folder,
                    const Calibration& calibration,
                    const std::optional<std::string>& report);
-/// Renames a run's folder to the `name` of the run. Does nothing without a folder. Error (bad
+/// Renames a run's folder to the `name` of the run. Does nothing if `folder` is empty. Error (bad
 /// input): it cannot be renamed.
 Status RenameFolder(const std::string& name, std::string* folder);
 
 /// A lock on a folder, released with the object or the process.
 class FolderClaim {
  public:
-  /// Shares `units`, the folder of units' folders, with other processes. A process that is alone
-  /// there first removes the unfinished folders, if changed since the last time, of runs for
-  /// `store` (named `name`, WorkPlan::StoreMark) that the store lacks. Error (bad input): it cannot
-  /// be written to.
+  /// Shares `units`, the folder of units' folders, with other processes. If no other process uses
+  /// it, unfinished folders are removed first: those of runs for `store` (`name` is its
+  /// WorkPlan::StoreMark) that the store lacks, in folders of units that have changed since the
+  /// last such search. Error (bad input): `units` cannot be written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
-  /// Exclusive lock for a process that skips finished units, since two at once would do them twice:
-  /// on `folder`, or one shard's part of it. Error (bad input): another process has it.
+  /// Locks `folder`, or one shard's part of it, exclusively for a process that skips finished
+  /// units: two such processes would calibrate the same units. Error (bad input): another process
+  /// has it.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});
 
-  /// Waits for the lock on `folder`, whose files several processes may change. Holds nothing if
-  /// locking is not possible.
+  /// Waits for the lock on `folder`, whose files several processes may change. If locking is not
+  /// possible, the claim holds nothing.
   static FolderClaim WaitFor(const std::string& folder);
 
   ~FolderClaim();
@@ -58,14 +59,14 @@ class FolderClaim {
 /// A run whose files could not be changed.
 struct Unreached {
   Error error;
-  bool is_there = false;  ///< Its folder exists.
+  bool is_there = false;  ///< The run's folder exists.
 };
 
 /// The result of making the files of a unit's runs agree with the store.
 struct Agreement {
-  std::string why;                     ///< "run X counts, and is FAIL"; empty: it may be delivered.
-  std::vector<std::string> withdrawn;  ///< Exports, by their new names (WithdrawExports).
-  std::vector<Unreached> unreached;    ///< Runs whose files still differ.
+  std::string why;                     ///< "run X counts, and is FAIL"; empty: deliverable.
+  std::vector<std::string> withdrawn;  ///< New names of withdrawn exports (WithdrawExports).
+  std::vector<Unreached> unreached;    ///< Runs whose files could not be changed.
 
   /// The unit may not be delivered, but some of its calibrations do not state this.
   bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
@@ -73,36 +74,37 @@ struct Agreement {
   std::vector<std::string> Notes(const std::string& serial) const;
 };
 
-/// Makes the calibration of each of a unit's runs state the store's decisions: a refusal in all of
-/// them, a concession in the current run; if the current run is not good, the others state that the
-/// unit is not good. Exports that disagree are withdrawn. May be repeated, also by several
-/// processes at once. Folders are found by FolderOf. Does nothing if the store knows no standings.
-/// Error (bad input): the store cannot be queried.
+/// Makes the calibration files of a unit's runs state the store's decisions: those of all runs
+/// state a refusal, those of the current run a concession. If the current run is not good, the
+/// files of the other runs state that the unit may not be delivered. Exports that contradict this
+/// are withdrawn. The call may be repeated, also by several processes at once. FolderOf finds the
+/// folders. Does nothing for a file of runs, which has no standings. Error (bad input): the store
+/// cannot be queried.
 Result<Agreement> AgreeFolders(Store& store,
                                const std::string& serial,
                                const std::filesystem::path& units);
 
-/// The present folder of a run whose files were written to `folder`: SERIAL/RUN below `units`,
-/// which may have been moved or copied with its store, else `folder` relative to the working
-/// directory or to the parent of `units`. If nothing exists there, or `units` is empty: `folder`
+/// The present folder of a run whose files were written to `folder`. It is the first that exists of
+/// SERIAL/RUN below `units`, which may have been moved or copied with its store; `folder` itself;
+/// and `folder` relative to the parent of `units`. If none exists or `units` is empty: `folder`
 /// itself.
 std::string FolderOf(const std::string& folder, const std::filesystem::path& units);
 
-/// The store's standing of a run's unit: whether that run counts, and the decisions that its files
-/// must state.
+/// What a store states about a run: its unit's standing, whether the run is current, and the
+/// decisions that its files must state.
 struct HeldByStore {
   Standing unit;
   bool counts = false;
   std::vector<Decision> decisions;
 };
-/// From the store beside the units that has the run of `folder`; unset: there is none. The files
-/// may lack a decision if they could not be reached when it was made, and may have one that only
-/// another store knows: then a refusal of the unit holds, and for a run that counts the last
-/// decision.
+/// Asks the store beside the units about the run of `folder`; unset: no such store has the run. The
+/// files may lack a decision that was made when they could not be reached. They may also have one
+/// that only another store knows: then a refusal by either holds; without one, for a current run,
+/// the last decision.
 std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
                                           const Calibration& calibration);
 
-/// The folder of units' folders of a store that is a file; empty: a server keeps the store.
+/// The folder of units' folders beside the file of a store; empty: a server keeps the store.
 std::filesystem::path UnitsBeside(const std::string& store_url);
 
 }  // namespace truetriad::fleet

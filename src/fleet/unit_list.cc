@@ -74,7 +74,7 @@ bool IsList(const fs::path& path) {
   while (NextLine(&file, &line) && (line.empty() || line.starts_with('#'))) {
   }
   const std::vector<std::string> header = FieldsOf(line).texts;
-  // A CSV with a misspelled `log` is a list with an error rather than a log.
+  // With a misspelled `log`, such as `Log`, a CSV is a list with an error rather than a log.
   return std::any_of(header.begin(), header.end(), [](const std::string& field) {
     std::string word;
     for (const char c : field) {
@@ -121,10 +121,10 @@ std::string PlaceOfLog(const fs::path& log) {
   return (whole.parent_path().filename() / whole.filename()).generic_string();
 }
 
-/// The time of measurement in a line of a list. Error: it is in the future, since no later run
-/// would count then.
+/// The time of measurement in a line of a list. Error: it is not a time, or it is in the future:
+/// then no later run would count.
 Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
-  constexpr double kDayS = 86400.0;  // A clock may be off by a time zone.
+  constexpr double kDayS = 86400.0;  // A clock may have another time zone.
   const double seconds = line::SecondsOf(text);
   if (std::isnan(seconds)) {
     return Error(ErrorCode::kInvalidValue,
@@ -215,10 +215,10 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     }
     units->push_back(std::move(unit));
   }
-  // Without a recording a unit was not measured, so it has no run.
+  // A unit without a log was not measured, so it can have no run.
   if (missing_count > 0) return MissingLogs(missing_place, missing, missing_count);
   if (units->size() > before) return {};
-  return Error(ErrorCode::kNoReadings, {path.string()}, "is a list without a line for a log");
+  return Error(ErrorCode::kNoReadings, {path.string()}, "is a list in which no line names a log");
 }
 
 /// Adds the logs in a folder and below, ordered by name.
@@ -301,7 +301,7 @@ std::optional<std::string> SerialIn(std::string_view name, std::string_view patt
   return std::nullopt;
 }
 
-/// Error (usage): the experiment of `plan` states a serial number, which `whose` would all get.
+/// Error (usage): the experiment of `plan` states a serial number, which all of `whose` would get.
 Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
   if (experiment.serial.empty()) return {};
@@ -314,7 +314,7 @@ Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
           .About("device.serial"));
 }
 
-/// Marks units whose name several logs share, so that it cannot be a serial number.
+/// Marks units whose log has the same name as another log, so the name is no serial number.
 void MarkSharedNames(std::vector<UnitOrder>* units) {
   std::map<std::string, int> counts;
   for (const UnitOrder& unit : *units) {

@@ -26,19 +26,22 @@ inline bool IsRed(Verdict verdict) {
   return verdict == Verdict::kFail || verdict == Verdict::kNoResult;
 }
 
-/// A code of runs that belongs to neither a finding nor an error.
+/// The meaning of a code of runs that is neither the code of a finding nor of an error.
 struct RunCode {
   std::string_view name;  ///< "limit:NAME" stands for all names.
   std::string_view meaning, remedy, operator_remedy;
 };
-/// Codes for a worker that crashed or exceeded its time or memory; kLimit precedes a missed limit.
+/// Codes for a worker that crashed or exceeded its time or memory. kLimit precedes a limit's name.
 inline constexpr char kCrashed[] = "crashed", kTimeLimit[] = "time-limit",
                       kMemoryLimit[] = "memory-limit", kLimit[] = "limit:";
 inline constexpr std::array<RunCode, 4> kRunCodes = {
     {{"limit:NAME", "The unit exceeds this limit", "see its report", "set it aside"},
-     {kCrashed, "Its process ended", "report log and version", "call the engineer"},
-     {kTimeLimit, "It took too long", "raise --time-limit", "call the engineer"},
-     {kMemoryLimit, "It needed too much memory", "raise --memory-limit", "call the engineer"}}};
+     {kCrashed, "Calibration process crashed", "report log and version", "call the engineer"},
+     {kTimeLimit, "Calibration took too long", "raise --time-limit", "call the engineer"},
+     {kMemoryLimit,
+      "Calibration needed too much memory",
+      "raise --memory-limit",
+      "call the engineer"}}};
 /// Returns nullptr for other codes.
 const RunCode* RunCodeOf(std::string_view code);
 
@@ -51,10 +54,10 @@ struct Parameter {
 
 /// The result of all runs of a unit.
 struct Standing {
-  std::string run;  ///< The current run, by which the unit counts.
+  std::string run;  ///< The current run.
   Verdict first_verdict = Verdict::kNoResult;
-  Verdict final_verdict = Verdict::kNoResult;  ///< By that run, or by a person.
-  std::int64_t attempts = 0;                   ///< Recordings, each once.
+  Verdict final_verdict = Verdict::kNoResult;  ///< By the current run or a person.
+  std::int64_t attempts = 0;                   ///< Number of recordings.
   std::optional<std::int64_t> most = {};       ///< RetestPolicy::most.
   /// Who decided the final verdict, why and when; empty: nobody.
   std::string disposed_by = {}, disposed_why = {}, disposed_at = {};
@@ -76,17 +79,17 @@ struct UnitRun {
   std::string id;                                   ///< NewRunId.
   std::string serial;                               ///< Of the unit.
   std::string log;                                  ///< Path of the log as it was named.
-  std::int64_t log_bytes = 0, log_modified_ns = 0;  ///< State of that file when read.
+  std::int64_t log_bytes = 0, log_modified_ns = 0;  ///< State of the log when read.
   std::string created;                              ///< ISO 8601, UTC.
-  /// The time of measurement, likewise, and its source; empty: unknown.
+  /// The time of measurement (ISO 8601, UTC) and its source; empty: unknown.
   std::string recorded, recorded_by;
   std::string software_version;
-  std::string config_sha256;  ///< Of experiment, overrides, formats.
+  std::string config_sha256;  ///< Digest of experiment, overrides and formats.
   std::string shard;          ///< "2/8"; empty: no shards.
   std::string folder;         ///< Folder of its files; empty: none.
   Verdict verdict = Verdict::kNoResult;
-  std::string code;     ///< Code of the finding or error, or the limit's name.
-  std::string message;  ///< The reason in words.
+  std::string code;     ///< Code of the finding or error, or one of kRunCodes.
+  std::string message;  ///< The reason for the verdict in words.
   std::string mode;     ///< "poses", "motion", "sweep"; empty without a calibration.
   Tags tags;
   double wall_s = 0.0, cpu_s = 0.0;  ///< Time used by the worker, s.
@@ -99,32 +102,31 @@ struct UnitRun {
   std::vector<double> covariance;  ///< Of the parameters: lower triangle, row by row.
   Findings findings;
   std::vector<LimitCheck> judgements;
-  /// For a current run read from a store, its unit's standing; not part of the run.
+  /// The unit's standing, if the run is current and was read from a store; not part of the run.
   std::optional<Standing> standing = {};
 };
 
-/// A unique name of a run, greater than earlier ones while the clock does not go back.
+/// A unique name of a run. It is greater than earlier ones unless the clock has gone back.
 std::string NewRunId();
 /// The same, greater than `id` whatever the clock says.
 std::string NewRunIdAfter(const std::string& id);
 
-/// Sets the fields that follow from a calibration, or from the error instead of one.
+/// Sets the fields that follow from a calibration, or from an error if there is none.
 void Fill(const Calibration& calibration, UnitRun* run);
 void Fill(const Error& error, UnitRun* run);
 
-/// A line of JSON and back; numbers keep every bit.
+/// Writes a run as a line of JSON, in which numbers keep every bit; and reads such a line.
 std::string LineOf(const UnitRun& run);
-/// Error (bad input): not such a line.
+/// Error (bad input): the line is not a run.
 Result<UnitRun> ReadLine(std::string_view line);
 
 /// Sets the tag of this name ("lot", "part"), if there is one.
 void SetTag(std::string_view name, const std::string& value, Tags* tags);
-/// The tags that are set, by their names, and back.
+/// JSON of the tags that are set, by their names; and the tags of such JSON.
 Json JsonOf(const Tags& tags);
 Tags TagsFrom(const Json& json);
 
-/// A run from the JSON of a line. Throws an exception of the JSON library, or one with a message,
-/// if it is not a run.
+/// Reads a run from the JSON of a line. If it is not a run, throws a std::exception.
 UnitRun UnitRunFrom(const Json& json);
 
 /// A warning about a unit in the form of a finding.
@@ -134,7 +136,7 @@ inline Finding WarningOf(const std::string& text) {
   return warning;
 }
 
-/// A finding from the output of ToJson. Throws an exception of the JSON library otherwise.
+/// Reads a finding from the JSON of ToTree. If it is none, throws an exception of the JSON library.
 Finding FindingFrom(const Json& json);
 
 }  // namespace truetriad::fleet

@@ -94,7 +94,8 @@ Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   return task;
 }
 
-/// Writes all files of a calibration, which states why if it is not usable, or returns an error.
+/// Writes all files of a calibration. If it is not usable, they state why. Error: a file cannot be
+/// written.
 Status WriteFiles(const WorkPlan& plan,
                   const Calibration& calibration,
                   const PoseSet& poses,
@@ -116,8 +117,8 @@ Status WriteFiles(const WorkPlan& plan,
   return WriteResult(folder, calibration, report);
 }
 
-/// Error: the recording states another station than the order, so that the check of the wrong
-/// station's golden unit would count.
+/// Error: the recording states another station than the run. Otherwise the golden unit of a wrong
+/// station would decide whether this unit may be calibrated.
 Status AgreeOnStation(const UnitRun& run) {
   if (!IsManifest(run.log)) return {};
   const std::string own = IdentityInManifest(run.log).tags.station;
@@ -281,7 +282,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
     const Status status = Calibrate(plan, order, &run);
     if (!status) Fill(status.error(), &run);
   } catch (const std::bad_alloc&) {
-    run.verdict = Verdict::kNoResult;  // Is set already if writing files exceeded the memory.
+    run.verdict = Verdict::kNoResult;  // PASS or FAIL may be set if writing files failed.
     run.code = kMemoryLimit;
     run.message = order.log + ": needs more memory than the limit of a unit";
   } catch (const std::exception& failure) {

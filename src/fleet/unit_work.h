@@ -17,7 +17,7 @@ namespace truetriad::fleet {
 
 /// The folder in WorkPlan::folder with the files that all reports share.
 inline constexpr std::string_view kSharedAssets = "assets";
-/// The same as seen from a run's folder, SERIAL/RUN.
+/// The path of that folder from a run's folder, SERIAL/RUN.
 inline constexpr std::string_view kAssetsOfRun = "../../assets";
 
 /// The calibration that every unit gets.
@@ -25,19 +25,19 @@ struct WorkPlan {
   std::string config_path;  ///< For messages and relative paths; empty: no experiment is given.
   std::string config_text;  ///< The experiment; empty: one that fits the contents of each log.
   std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
-  Tags tags;                           ///< Of every unit, from experiment and overrides.
+  Tags tags;                           ///< Tags of every unit, from experiment and overrides.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
   bool allows_outside_limits = false;  ///< Exports units outside their limits, too.
   bool has_report = true;
   bool shares_assets = false;  ///< Reports link to kSharedAssets, which are in `folder`.
   std::string folder;          ///< Parent of the units' folders; empty: no files are written.
-  /// Of the store for the runs: StoreHeader::store and NameOfStore.
+  /// StoreHeader::store and NameOfStore of the store to which the runs are added.
   std::string store_identity, store_name;
   std::string shard;              ///< UnitRun::shard.
   std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: no limit.
 
-  /// The identity of that store: a copy of a store's file has the same store_identity, but its own
-  /// runs.
+  /// Identifies that store by both, since a copy of a store's file has the same store_identity but
+  /// its own runs.
   std::string StoreMark() const { return store_identity + ' ' + store_name; }
 };
 
@@ -47,14 +47,14 @@ Status WriteSharedAssets(const std::string& folder);
 /// One unit to be calibrated.
 struct UnitOrder {
   std::string log;
-  std::string serial = {};       ///< Empty: as in the log, else the name of its file.
-  std::string serial_from = {};  ///< "day.csv:3", "--serial=…": the source.
+  std::string serial = {};       ///< Empty: the log states it, or its file name is taken.
+  std::string serial_from = {};  ///< Source of `serial`: "day.csv:3", "--serial=…".
   Tags tags = {};                ///< Stated for this unit alone.
-  std::string recorded = {};     ///< Time of measurement, as UnitRun; empty: not listed.
-  std::string run = {};          ///< UnitRun::id, in the order of the list.
-  bool shares_name = false;      ///< Another log has the same file name, which gives no serial.
-  /// Shards are assigned by it: the log's position in the named folder or list, independent of
-  /// spelling and mount point. Not for workers.
+  std::string recorded = {};     ///< Time of measurement by a list; empty: not listed.
+  std::string run = {};          ///< UnitRun::id; later units get greater ones.
+  bool shares_name = false;      ///< Another log has the same file name, so it is no serial number.
+  /// The path of the log from the named folder or list, by which shards are assigned. It does not
+  /// depend on spelling or mount point. Workers do not get it.
   std::string place = {};
 };
 
@@ -66,21 +66,21 @@ Result<WorkPlan> PlanWork(const std::string& config,
                           std::vector<std::string> overrides,
                           std::vector<std::string> formats);
 
-/// The plan's settings for every unit. Without an experiment they are the overrides (serial number,
-/// tags), read for the first set of sensors for which they are valid. Error (bad input, usage): as
-/// ReadExperiment; without an experiment: they are valid for no set.
+/// The plan's settings for every unit. If it has no experiment, these are the overrides (serial
+/// number, tags), read with the first set of sensors for which they are valid. Error (bad input,
+/// usage): as ReadExperiment; without an experiment, if the overrides are valid for no set.
 Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 
-/// Digest of a plan without its tags, independent of its spelling: equal digests mean equal
-/// calibrations.
+/// Digest of a plan without its tags and the spelling of its experiment. Plans with equal digests
+/// calibrate a log equally.
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
-/// The data of a run that are known before calibration: log, its size and time, serial, tags (a
-/// recording.yaml's as stated, even if wrong), id, shard.
+/// The data of a run that are known before calibration: id, log with size and time, serial number,
+/// tags and shard. What a recording.yaml states of these is taken from there, even if it is wrong.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
-/// Calibrates one unit and writes its files; any failure is in the run. `before` is called first
-/// and counts as part of the work.
+/// Calibrates one unit and writes its files; the run states any failure. `before` is called first,
+/// and its failure counts as one of the unit.
 UnitRun Work(const WorkPlan& plan,
              const UnitOrder& order,
              void (*before)(const UnitOrder& order) = nullptr);
@@ -92,7 +92,7 @@ std::string PercentEncoded(std::string_view text, std::string_view plain);
 /// and a long name is cut and gets its hash.
 std::string FolderNameOf(std::string_view serial);
 
-/// One line of JSON and back.
+/// Writes a plan or order as one line of JSON, and reads such a line.
 std::string LineOf(const WorkPlan& plan);
 std::string LineOf(const UnitOrder& order);
 Result<WorkPlan> ReadPlan(std::string_view line);
@@ -109,9 +109,9 @@ struct UnitLimits {
   std::int64_t bytes = std::int64_t{2} << 30;  ///< Address space of its worker.
 };
 
-/// A pool of worker processes. A unit that crashes its worker, or exceeds its time or memory, gets
-/// a run that states it, and the worker is replaced. A worker that has grown to half of a unit's
-/// memory limit is replaced, too.
+/// A pool of worker processes. If a unit crashes its worker or exceeds its time or memory, its run
+/// states this, and the worker is replaced. If a worker has grown to half of a unit's memory limit,
+/// it is replaced, too.
 class WorkerPool {
  public:
   /// `command`: a program with arguments that calls ServeAsWorker(kStream).
@@ -128,7 +128,7 @@ class WorkerPool {
   /// Gives a unit to a free worker. Error (bad input): no process can be started.
   Status Give(UnitOrder order);
   /// Returns runs that have ended, after waiting at most `seconds`; a signal ends the wait. Error
-  /// (bad input): a worker without an order has died.
+  /// (bad input): a worker's output is not a run.
   Result<std::vector<UnitRun>> Wait(double seconds);
 
  private:

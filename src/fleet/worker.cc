@@ -55,8 +55,8 @@ std::optional<std::string> NextLine(std::FILE* file) {
 }
 
 /// For tests: TRUETRIAD_FLEET_FAULT=crash:PART makes the worker crash at a unit whose log's name
-/// contains PART; hang, memory, and grow (to half of the memory limit) likewise. Commas separate
-/// several faults.
+/// contains PART. In place of crash: hang, memory, or grow (to half of the memory limit). Commas
+/// separate several faults.
 void FailOnPurpose(const UnitOrder& order) {
   const char* const stated = std::getenv("TRUETRIAD_FLEET_FAULT");
   if (stated == nullptr) return;
@@ -185,7 +185,7 @@ Status WorkerPool::Start(Worker* worker) {
   }
   if (!WriteAll(worker->stream, LineOf(plan_))) {
     End(worker);
-    return failed("it ends at once");
+    return failed("its process ends at once");
   }
   return {};
 }
@@ -193,7 +193,7 @@ Status WorkerPool::Start(Worker* worker) {
 void WorkerPool::End(Worker* worker) {
   if (worker->stream >= 0) close(worker->stream);
   if (worker->process > 0) {
-    if (worker->order) kill(worker->process, SIGKILL);  // An idle worker ends without orders.
+    if (worker->order) kill(worker->process, SIGKILL);  // An idle worker ends by itself.
     while (waitpid(worker->process, nullptr, 0) < 0 && errno == EINTR) {
     }
   }
@@ -210,7 +210,8 @@ Status WorkerPool::Give(UnitOrder order) {
       if (WriteAll(worker->stream, LineOf(order))) break;
       End(worker.get());
     }
-    if (worker->process == 0) return Error(ErrorCode::kSystemFailure, "workers end at once");
+    if (worker->process == 0)
+      return Error(ErrorCode::kSystemFailure, "worker processes end at once");
     worker->order = std::move(order);
     worker->stamp = StampOf(worker->order->log);
     worker->since = Clock::now();
@@ -220,7 +221,7 @@ Status WorkerPool::Give(UnitOrder order) {
 }
 
 bool WorkerPool::HasGrown(const Worker& worker) const {
-  // After fewer units, memory of the program and of first units does not count as growth.
+  // In its first units a worker grows in any case, so its memory is not checked.
   constexpr int kFewUnits = 10;
   if (worker.process == 0 || worker.units < kFewUnits) return false;
   std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
@@ -231,7 +232,7 @@ bool WorkerPool::HasGrown(const Worker& worker) const {
 
 UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
-  // The state of the log when given, so that a log that changed later is calibrated again.
+  // States the log as it was when the unit was given. If it changed later, it is calibrated again.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.code = code;

@@ -21,11 +21,11 @@
 //              gyroscope       y - [P(T) - P(CALTEMP)] - OFFS               rad/s
 //              compass        D s (y + OFS), D symmetric, s = SCALE         milligauss
 //
-// and for the accelerometer in ArduPilot up to 3.2 SCAL o y - OFFS, y in the vehicle's axes.
+// ArduPilot up to 3.2 computes SCAL o y - OFFS for the accelerometer, with y in the vehicle's axes.
 //
 //   P(T) = scale (X0 + X1 d + X2 d^2 + X3 d^3),  d = clamp(T, TMIN, TMAX) - centre
 //
-// where centre is TREF and scale 1 in PX4, and 35 degC and 1e-6 without X0 in ArduPilot.
+// In PX4, centre is TREF and scale 1. In ArduPilot, centre is 35 degC, scale 1e-6, and X0 is 0.
 // PX4: src/lib/sensor_calibration/{Accelerometer,Gyroscope,Magnetometer}.hpp (Correct),
 // src/modules/temperature_compensation/TemperatureCompensation.cpp. ArduPilot:
 // AP_InertialSensor/AP_InertialSensor_{Backend,tempcal,Params}.cpp,
@@ -36,7 +36,7 @@ namespace {
 
 constexpr std::size_t kFirmwareOrder = 3;                // Degree of P(T) above.
 constexpr double kCentreDegc = 35.0, kTermScale = 1e-6;  // ArduPilot's centre and scale of P(T).
-// ArduPilot stores this in CALTEMP before it has calibrated a sensor.
+// The value of ArduPilot's CALTEMP until a sensor is calibrated.
 constexpr float kNoCalibrationTemperature = -300.0F;
 
 /// An autopilot's names for the parameters of a sensor, as patterns.
@@ -44,8 +44,8 @@ struct SensorNames {
   Triad triad;
   std::vector<Field> fields;
   std::string_view id;
-  std::string thermal = {};    ///< First letters of ID, TMIN, TMAX; empty: none.
-  std::string enable = {};     ///< 1: the temperature terms are in use.
+  std::string thermal = {};    ///< Beginning of the names of ID, TMIN, TMAX; empty: no terms.
+  std::string enable = {};     ///< The parameter that is 1 if the terms are in use.
   std::string reference = {};  ///< TREF, or CALTEMP.
   std::string term = {};
   std::string_view scale = {};  ///< SCALE of a compass.
@@ -115,8 +115,8 @@ const Autopilot& ArduPilot() {
   return autopilot;
 }
 
-/// `slot`, if the autopilot has a parameter set of that number; `id` is the pattern of the set's
-/// identification parameter. Errors: no set is free (bad input), there is no such set (usage).
+/// Returns `slot` if the autopilot has a parameter set of that number. `id`: the pattern of its ID
+/// parameter. Errors: `slot` is kNoSlot, so no set is free (bad input); no such set (usage).
 Result<int> SlotOf(const Autopilot& autopilot,
                    Triad triad,
                    std::string_view id,
@@ -124,12 +124,13 @@ Result<int> SlotOf(const Autopilot& autopilot,
   const int first = autopilot.first_instance, last = autopilot.last_instance[triad];
   if (first <= slot && slot <= last) return static_cast<int>(slot);
   if (slot == Tags::kNoSlot) {
-    return Error(ErrorCode::kNotRepresentable,
-                 "none of the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
-                     " is free for the " + std::string(TriadName(triad)) +
-                     ": each belongs to another sensor, or the log does not state the id of this "
-                     "one; state it with --id, or set the id of a removed sensor to 0 and record "
-                     "again");
+    return Error(
+        ErrorCode::kNotRepresentable,
+        "none of the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
+            " is free for the " + std::string(TriadName(triad)) +
+            ": each belongs to another sensor, or the log does not state the id of this "
+            "one; state its id with --id, or set the id of a removed sensor to 0 and record "
+            "again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
@@ -137,7 +138,7 @@ Result<int> SlotOf(const Autopilot& autopilot,
                    std::to_string(first) + " to " + std::to_string(last));
 }
 
-/// Coefficients about `to` of a polynomial given about `from`: sum_k c_k (T - from)^k.
+/// The coefficients in powers of (T - to) of the polynomial sum_k c_k (T - from)^k.
 std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double from, double to) {
   for (std::size_t first = 0; first + 1 < terms.size(); ++first) {
     for (std::size_t k = terms.size() - 1; k-- > first;) terms[k] += (to - from) * terms[k + 1];
@@ -145,8 +146,8 @@ std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double 
   return terms;
 }
 
-/// The words of a comment on the axes of the magnetometer, between the name of its identification
-/// parameter and its roll, pitch and yaw from the board's axes.
+/// The middle of a comment line that states the axes of a magnetometer. Before it stands the name
+/// of the ID parameter, after it roll, pitch and yaw from the board's axes.
 constexpr std::string_view kInAxesTurnedBy = ": in axes turned by ";
 
 // ---------------------------------------------------------------------------------------- writing
@@ -174,7 +175,7 @@ class ParameterText {
     text += "deg (roll, pitch, yaw) from the board's.\n";
   }
   std::string text;
-  int slot = 0;  ///< The set of parameters that is written.
+  int slot = 0;  ///< The number of the parameter set that is written.
 
  private:
   void Line(const std::string& name, const std::string& value, std::string_view type) {
@@ -197,7 +198,7 @@ void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) 
   const auto warn = [&](bool is_so, const std::string& what) {
     if (is_so) request.warnings.push_back(std::string(TriadName(names.triad)) + ": " + what);
   };
-  // Of the sources named above: PX4 ignores smaller offsets and rejects scales outside the limits.
+  // From the sources named above: PX4 ignores shorter offsets and rejects scales beyond the limits.
   constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
   warn(!has_id,
        "without --id, PX4 uses these values only if " + Expanded(names.id, slot) +
@@ -245,13 +246,13 @@ void WarnOfArduPilot(const SensorNames& names, const WriteRequest& request) {
        "only where the recording's axes are the vehicle's");
 }
 
-/// Whether offsets are subtracted after scaling.
+/// Whether this firmware subtracts offsets after scaling.
 bool IsScaledFirst(std::string_view firmware, Triad triad) {
   return firmware == kArduPilotOf2014 && triad == Triad::kAccelerometer;
 }
 
-/// The range in which the temperature terms of an ArduPilot IMU hold, common to both sensors; unset
-/// if there are none.
+/// The temperature range that ArduPilot stores for an IMU: the part that the ranges of its sensors
+/// share; unset if no sensor has temperature terms. Error: a reference temperature is outside it.
 Result<std::optional<Eigen::Vector2d>> CommonRange(const Calibration& calibration) {
   std::optional<Eigen::Vector2d> range;
   for (const std::optional<TriadCalibration>& sensor : calibration.sensors) {
@@ -280,7 +281,7 @@ void WriteTerms(bool is_px4,
                 const SensorNames& names,
                 const ThermalTerms& thermal,
                 ParameterText* out) {
-  // The constant term is part of the offset, as in the autopilots' own calibrations.
+  // The constant term is part of the offset, as in the calibrations that the autopilots make.
   std::vector<Eigen::Vector3d> terms = {Eigen::Vector3d::Zero()};
   terms.insert(terms.end(), thermal.bias.begin(), thermal.bias.end());
   terms.resize(kFirmwareOrder + 1, Eigen::Vector3d::Zero());
@@ -296,8 +297,9 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
   out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
-/// Writes temperature terms, or disables old ones, which would correct a sensor twice: those of a
-/// PX4 sensor without terms lose its number; an ArduPilot IMU's become zero or are switched off.
+/// Writes temperature terms. If a sensor has none, old terms in the vehicle must not correct it. In
+/// PX4, their set loses its ID. In ArduPilot they become zero (if the other sensor has terms),
+/// vanish at the recorded temperature by CALTEMP (if there is one), or are switched off.
 Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
@@ -308,7 +310,7 @@ Status WriteThermal(const Autopilot& autopilot,
   if (autopilot.is_px4) {
     const std::optional<std::int64_t> id = request.options.device_ids[names.triad];
     const std::int64_t slot = request.options.thermal_slots[names.triad].value_or(out->slot);
-    if (!thermal && slot == Tags::kNoSlot) return {};  // The vehicle has no terms of this sensor.
+    if (!thermal && slot == Tags::kNoSlot) return {};  // The vehicle has no old terms of it.
     const std::string number = names.thermal + "ID";
     TRUETRIAD_ASSIGN_OR_RETURN(out->slot, SlotOf(autopilot, names.triad, number, slot));
     if (id || !thermal) out->Integer(number, thermal ? *id : 0);
@@ -392,14 +394,14 @@ Result<Files> WriteParameters(const Autopilot& autopilot, const WriteRequest& re
 
 // ---------------------------------------------------------------------------------------- reading
 
-/// The named numbers of an autopilot's parameter file, as firmware stores them.
+/// The numbers in an autopilot's parameter file by name, as the firmware stores them.
 struct ParameterList {
   std::map<std::string, float> values;
-  /// Whole numbers other than 0, exactly; as an identification 0 means no sensor.
+  /// Whole numbers other than 0, exactly. As an ID, 0 means that there is no sensor.
   std::map<std::string, std::int64_t> ids;
-  std::map<std::string, Eigen::Vector3d> turns_deg;  ///< Angles in comments (kInAxesTurnedBy).
+  std::map<std::string, Eigen::Vector3d> turns_deg;  ///< Angles from comments (kInAxesTurnedBy).
 
-  /// `otherwise`: the firmware's default, for a parameter that the file does not hold.
+  /// `otherwise`: the firmware's default, returned for a parameter that the file does not hold.
   float Get(const std::string& name, float otherwise) const {
     const auto found = values.find(name);
     return found == values.end() ? otherwise : found->second;
@@ -408,7 +410,7 @@ struct ParameterList {
     const auto found = ids.find(name);
     return found == ids.end() ? std::nullopt : std::optional(found->second);
   }
-  /// The first set of parameters with this number, or without any number if `id` is unset.
+  /// The first set whose ID (`pattern`) is `id`; if `id` is unset, the first set without an ID.
   std::optional<int> SlotWith(const std::optional<std::int64_t>& id,
                               const std::string& pattern,
                               const Autopilot& autopilot,
@@ -420,8 +422,8 @@ struct ParameterList {
   }
 };
 
-/// Reads one parameter a line: its name in field `name_field`, its value in the next field. Fields
-/// are separated by blanks, tabs or commas; `#` starts a comment. Errors name the line.
+/// Reads one parameter per line: its name is in field `name_field`, its value in the next field.
+/// Blanks, tabs or commas separate fields; `#` starts a comment. Errors name the line.
 Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field) {
   ParameterList list;
   for (const auto& [place, line, words] : WordLines(file)) {
@@ -447,7 +449,7 @@ Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field
           place,
           name + ": `" + text + "` is not a number; expected a name and a value on each line");
     }
-    // Some programs write integers with decimals.
+    // Some programs write integers with decimals, "123.000".
     const std::size_t point = text.find('.');
     const bool is_whole =
         text.find_first_not_of('0', std::min(point, text.size() - 1) + 1) == text.npos;
@@ -465,7 +467,7 @@ class SensorParameters {
   SensorParameters(const ParameterList& list, const SensorNames& names, int instance)
       : list_(list), names_(names), instance_(instance) {}
 
-  /// Whether some of its offsets are in the list; an ID of 0 means no sensor.
+  /// Whether the list holds any of its offsets. If the list states the ID 0, there is no sensor.
   bool IsThere() const {
     bool any = false;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -485,7 +487,7 @@ class SensorParameters {
     return vector;
   }
 
-  /// The offsets and scales that the list lacks; empty: none.
+  /// The names of the offsets and scales that the list lacks; empty: it has all.
   std::string Missing() const {
     std::string missing;
     for (const Field& field : names_.fields) {
@@ -500,7 +502,8 @@ class SensorParameters {
 
   std::optional<std::int64_t> Id() const { return list_.Id(Expanded(names_.id, instance_)); }
 
-  /// The set of its temperature terms: in PX4 the one with the sensor's number, if there is one.
+  /// The set with its temperature terms; unset: none. In PX4 this is the set with the sensor's ID,
+  /// or, if the list states no IDs, the set with the sensor's number.
   std::optional<int> ThermalSlot(const Autopilot& autopilot) const {
     if (!autopilot.is_px4 || names_.thermal.empty()) return instance_;
     const std::string name = names_.thermal + "ID";
@@ -511,7 +514,7 @@ class SensorParameters {
     return is_said && (id || Number(name, 0.0F) == 0.0F) ? std::nullopt : std::optional(instance_);
   }
 
-  /// The PX4 set for new terms: the one with the sensor's number, else one without a number.
+  /// The PX4 set for new terms: with the sensor's ID, or else one without an ID, or else kNoSlot.
   std::int64_t ThermalPlace(const Autopilot& autopilot) const {
     for (const std::optional<std::int64_t>& id : {Id(), {}}) {
       const auto slot = list_.SlotWith(id, names_.thermal + "ID", autopilot, names_.triad);
@@ -546,7 +549,7 @@ class SensorParameters {
 
  private:
   void AddThermal(bool is_px4, CorrectionParts* parts) const {
-    // Defaults are the firmware's.
+    // The defaults are those of the firmware.
     const float lowest = Number(names_.thermal + "TMIN", 0.0F);
     const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
     const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);
@@ -605,7 +608,7 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
     level[static_cast<Eigen::Index>(axis)] =
         list.Get(Expanded("SENS_BOARD_*_OFF", instance, axis), 0.0F);
   }
-  // Both rotations are into the body's axes.
+  // Both rotations lead into the vehicle's axes.
   return TurnDegOf(TurnOf(*sensor).transpose() * TurnOf(level) * TurnOf(*board));
 }
 
@@ -615,7 +618,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                     Triad::kAccelerometer,
                                     autopilot.sensors[0].id,
                                     request.instance.value_or(autopilot.first_instance)));
-  // A line of QGroundControl begins with the ids of vehicle and component.
+  // In a file of QGroundControl, the ids of vehicle and component precede the name.
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
                              ParseList(request.files[0], autopilot.is_px4 ? 2 : 0));
   Carried carried;
@@ -652,7 +655,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
         carried.notes.push_back(
             "magnetometer: the file does not state its rotation against the "
             "board (" +
-            rotation + "); taken as not rotated");
+            rotation + "); assumed not rotated");
       }
     }
   }

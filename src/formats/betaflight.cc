@@ -21,9 +21,9 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
-// INAV: the gains that mean 1, and the end of their range (settings.yaml).
+// The values of INAV's gains that mean 1, and the largest value (settings.yaml).
 constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
-constexpr int kMaxGain = 8192;  // Twice 4096.
+constexpr int kMaxGain = 8192;  // Twice the 4096 that means 1.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
 
 /// Rounds to a whole number, halves away from zero. Error: the result is outside low to high.
@@ -37,10 +37,9 @@ Result<int> Whole(const std::string& what, double value, int low, int high) {
   return static_cast<int>(rounded);
 }
 
-/// A setting of a sensor, in the order of writing; `unity` is the value of INAV's gain that means
-/// 1.
+/// A setting of a sensor, in the order of writing. `unity`: the value of an INAV gain that means 1.
 struct Setting {
-  std::string_view name;  ///< `*` is the axis; without it one setting holds all three.
+  std::string_view name;  ///< `*` stands for the axis; without it, one setting holds all three.
   Quantity quantity;
   double unity = 1.0;
   bool is_inverse = false;
@@ -52,12 +51,12 @@ struct Settings {
 };
 const Settings& Betaflight() {
   // The trailing 1 marks the calibration as done.
-  static const auto& settings =
-      *new Settings{{{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
-                       {},
-                       {{"mag_calibration", Quantity::kBias}}}}},
-                    "Betaflight subtracts offsets after aligning the sensors to the board, so "
-                    "these are valid only for readings recorded that way, as in its own log"};
+  static const auto& settings = *new Settings{
+      {{{{{"acc_calibration", Quantity::kBias, 1.0, false, ",1"}},
+         {},
+         {{"mag_calibration", Quantity::kBias}}}}},
+      "Betaflight subtracts offsets after aligning the sensors to the board, so these offsets are "
+      "valid only for aligned readings, as in Betaflight's own log"};
   return settings;
 }
 const Settings& Inav() {
@@ -66,8 +65,8 @@ const Settings& Inav() {
          {},
          {{"magzero_*", Quantity::kBias},
           {"maggain_*", Quantity::kDiagonal, kMagGainUnity, /*is_inverse=*/true}}}}},
-      "INAV corrects before aligning the sensors to the board, so these are valid only for "
-      "readings in the chip's own axes"};
+      "INAV corrects before aligning the sensors to the board, so these values are valid only "
+      "for readings in the chip's own axes"};
   return settings;
 }
 

@@ -19,15 +19,15 @@
 //
 //   truth = C(u) (raw - b(u) - G force),  u = (clamp(T, low, high) - reference) * per_degc
 //
-// b and C are polynomials in u, or constants without temperature terms. The correction C is stored
-// instead of the sensitivity, so that firmware need not invert a matrix.
+// b and C are polynomials in u; without temperature terms they are constants. The file holds the
+// correction C instead of the sensitivity, so that firmware need not invert a matrix.
 
 namespace truetriad {
 namespace {
 
-// The degree of the polynomial that replaces a piecewise bias (kRefitOrder of restate.cc).
+// The highest degree of the polynomial that replaces a piecewise bias (kRefitOrder of restate.cc).
 constexpr int kMaxBiasOrder = 9;
-// One at each end and one in the middle of the temperatures.
+// One at each end and one in the middle of the temperature range.
 constexpr int kTestVectors = 3;
 
 /// The numbers of one triad as written in the header. Matrices by rows.
@@ -35,7 +35,7 @@ struct FloatTable {
   using Matrix = Eigen::Matrix<float, 3, 3, Eigen::RowMajor>;
   // reference, low, high degC, per_degc; only with temperature terms
   std::optional<std::array<float, 4>> temperature;
-  std::vector<Eigen::Vector3f> bias;  // ascending powers of u
+  std::vector<Eigen::Vector3f> bias;  // coefficients, by ascending powers of u
   std::vector<Matrix> correction;
   std::optional<Matrix> g_sensitivity;
 
@@ -59,7 +59,8 @@ struct FloatTable {
   }
 };
 
-/// The polynomials in u of least degree that follow C(T) within a tenth of float32's rounding.
+/// The polynomials in u that equal C(T) within a tenth of float32's rounding, of the least degree
+/// possible.
 std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, double per_degc) {
   const ThermalTerms& thermal = *sensor.thermal;
   const auto correction_at = [&](double u) {
@@ -68,10 +69,11 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   };
   const double low = (thermal.range_degc[0] - thermal.reference_degc) * per_degc;
   const double high = (thermal.range_degc[1] - thermal.reference_degc) * per_degc;
-  // 1 / (1 + s u) with gains that change by 0.1 % per degree needs degree four. Beyond degree eight
-  // a fit does not improve further.
+  // If gains change by 0.1 % per degree, 1 / (1 + s u) needs degree four. Beyond degree eight a fit
+  // does not improve further.
   constexpr int kMaxDegree = 8;
-  // At degree eight four points or more lie between neighbouring zeros of the polynomial.
+  // Between neighbouring zeros of the error of a fit of degree eight, which are closest near the
+  // ends, lie about two of these points near the ends and five in the middle.
   constexpr int kChecks = 33;
   // A tenth of the rounding error of float32.
   constexpr double kFitTolerance = 0.1 * std::numeric_limits<float>::epsilon();
@@ -107,7 +109,7 @@ FloatTable TableOf(const TriadCalibration& sensor) {
   const ThermalTerms& thermal = *sensor.thermal;
   const double reach = std::max(std::abs(thermal.range_degc[0] - thermal.reference_degc),
                                 std::abs(thermal.range_degc[1] - thermal.reference_degc));
-  // A power of two is exact in float32, so the terms in u equal those in tau but for rounding.
+  // A power of two is exact in float32, so terms in u and in T - reference differ only by rounding.
   const double per_degc = std::exp2(-std::ceil(std::log2(std::max(reach, 1.0))));
   table.temperature = {static_cast<float>(thermal.reference_degc),
                        static_cast<float>(thermal.range_degc[0]),
@@ -284,7 +286,7 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
 /// Bound on the float32 rounding error of a test vector: each of about thirty operations rounds a
 /// number no larger than the reading or the bias.
 float Tolerance(const TriadCalibration& sensor, double signal) {
-  constexpr double kOperations = 30.0;  // Two products of a matrix and polynomials.
+  constexpr double kOperations = 30.0;  // Two products with a matrix, and the polynomials.
   const double size = signal + (sensor.model.Correction() * sensor.model.bias).norm();
   return static_cast<float>(kOperations * std::numeric_limits<float>::epsilon() * size);
 }

@@ -23,11 +23,11 @@ namespace {
 std::string ErrorText(Triad triad, const ExportLoss& loss) {
   std::string text = "error of at most " + RoundedText(loss.largest, 2) + " " +
                      std::string(TruthUnitName(triad)) + " (RMS " + RoundedText(loss.rms, 2) +
-                     ") of " + RoundedText(loss.signal, 4);
+                     ") at a signal of " + RoundedText(loss.signal, 4);
   if (loss.in_sigmas) text += ", " + RoundedText(*loss.in_sigmas, 2) + " sigma";
   if (const auto& rates = loss.at_rates) {
-    text += "; at temperature rates of " + RoundedText(rates->range_degcps[0], 2) + " to " +
-            RoundedText(rates->range_degcps[1], 2) + " degC/s by at most " +
+    text += "; at temperature rates from " + RoundedText(rates->range_degcps[0], 2) + " to " +
+            RoundedText(rates->range_degcps[1], 2) + " degC/s: at most " +
             RoundedText(rates->largest, 2) + " (RMS " + RoundedText(rates->rms, 2) + ")";
   }
   return text;
@@ -37,7 +37,7 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   return std::string(TriadName(triad)) + ": " + ErrorText(triad, loss);
 }
 
-/// Warns of each sensor's largest loss if it exceeds the calibration's own uncertainty.
+/// Warns of the largest error of each sensor whose error exceeds the calibration's own uncertainty.
 void WarnOfLoss(std::string_view format,
                 const std::vector<PerTriad<std::optional<ExportLoss>>>& losses,
                 std::vector<std::string>* warnings) {
@@ -59,7 +59,7 @@ void WarnOfLoss(std::string_view format,
                       "sensor's error");
 }
 
-/// Warns of a sensor mounted at an angle that the format cannot hold.
+/// Warns of a sensor that is mounted at an angle which the format cannot hold.
 void FindDroppedTurn(Triad triad,
                      const Restated& restated,
                      const ExportLoss& loss,
@@ -73,14 +73,14 @@ void FindDroppedTurn(Triad triad,
                   " deg against the other sensors' axes, and " + std::string(format) +
                   " cannot hold this rotation, so that its results have an " +
                   ErrorText(triad, loss),
-              "correct its mounting, or the rotation that the vehicle has for it, and record "
-              "again")
+              "correct the sensor's mounting, or its rotation in the vehicle's parameters, and "
+              "record again")
           .As(Severity::kWarning)
           .About(triad)
           .With("turn", turn_deg, "deg"));
 }
 
-/// Warns if the options state another device ID or slot for a sensor than its log.
+/// Warns if the options state another device ID or slot for a sensor than its log states.
 void WarnOfNumbers(const Calibration& calibration,
                    const ExportOptions& stated,
                    std::vector<std::string>* warnings) {
@@ -121,7 +121,7 @@ Status CheckMayLeave(const std::string& why, const ExportOptions& options) {
           "--outside-limits=allow; the file then states that the unit must not be delivered");
 }
 
-/// Lines without characters that a comment cannot hold.
+/// Replaces characters that a comment cannot hold.
 std::vector<std::string> Plain(std::vector<std::string> lines) {
   for (std::string& line : lines) {
     for (char& c : line) {
@@ -133,7 +133,7 @@ std::vector<std::string> Plain(std::vector<std::string> lines) {
   return lines;
 }
 
-/// What a reader of the file must know, one line each.
+/// The lines of a file's comment: what a reader of the file must know.
 std::vector<std::string> Comment(const Format& format,
                                  const Restated& restated,
                                  const ExportOptions& options,
@@ -166,7 +166,7 @@ std::vector<std::string> Comment(const Format& format,
   return Plain(std::move(lines));
 }
 
-/// Adds the text of a further instance; a parameter common to all instances is written once.
+/// Adds the text of another instance. A parameter that is common to all instances is written once.
 void Append(const std::string& text, std::string* file) {
   if (file->empty()) {
     *file = text;
@@ -179,7 +179,7 @@ void Append(const std::string& text, std::string* file) {
   }
 }
 
-/// Adds the export of an instance; its warnings begin with `which`.
+/// Adds the export of an instance to `beside`. `which`: the beginning of its warnings.
 void Add(const Export& exported,
          const std::string& which,
          const std::string& file_name,
@@ -194,7 +194,8 @@ void Add(const Export& exported,
   }
 }
 
-/// Adds what the log states of each sensor, unless the options state another device ID for it.
+/// Adds each sensor's device ID and parameter sets from the log to the options. If the options
+/// state another device ID for a sensor, its sets are not added.
 void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options) {
   for (const Triad triad : kTriads) {
     std::optional<std::int64_t>& id = options->device_ids[triad];
@@ -206,8 +207,8 @@ void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options)
   }
 }
 
-/// ExportCalibration with `why_held_back`: why the unit or its device may not be delivered (empty:
-/// it may); `instance`: the log's number of several equal sensors, if the options state none.
+/// As ExportCalibration. `why_held_back`: why the unit or its device may not be delivered; empty:
+/// it may. `instance`: which of several equal sensors this is, if the options do not state it.
 Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                                     std::string_view format_name,
                                     const ExportOptions& stated,
@@ -217,7 +218,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   if (!stated.instance) options.instance = instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  // Each firmware has its own numbers of sensors.
+  // IDs and slots hold only for the firmware that wrote the log.
   const std::string& firmware = calibration.tags.firmware;
   const bool is_another =
       format.is_firmware && !firmware.empty() && !Reads(firmware, format.info.name);
@@ -235,7 +236,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   }
   std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
-  // The file is written, read back and compared, then written again with the findings.
+  // The file is written, read back and compared, then written again with the results in it.
   std::vector<std::string> said_twice;
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Files draft, format.write({restated.held, options, comment, &calibration, said_twice}));
@@ -268,9 +269,9 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   return result;
 }
 
-/// The calibration of `result`, in which terms that are idle in a result not written stay idle,
-/// too, unless a written result uses their slot. `exports[i]` is unset if results[i] is not
-/// written.
+/// The calibration of `result`, with other idle sets of temperature terms. Added: sets that are
+/// idle in a result that is not written. Removed: sets that a written result uses. `exports[i]` is
+/// unset if results[i] is not written.
 Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
                             const std::vector<std::optional<Export>>& exports,
                             const ResultOfInstance& result) {
@@ -295,8 +296,8 @@ Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
   return calibration;
 }
 
-/// Why a sensor of `result` would share its parameter set of `format` with a sensor of another
-/// result; empty if it would not.
+/// Says which sensor of `result` would use the same parameter set of `format` as a sensor of
+/// another result, and why; empty if none would.
 std::string SharedSlot(const std::vector<ResultOfInstance>& results,
                        const ResultOfInstance& result,
                        const FormatInfo& format) {
@@ -312,7 +313,7 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
     const auto& id = result.calibration->tags.device_ids[triad];
     for (const ResultOfInstance& other : results) {
       const auto& its_id = other.calibration->tags.device_ids[triad];
-      // A sensor without a number is left out in favour of one that has its own.
+      // If only this one of two sensors has a device ID, the other one is left out.
       if (&other == &result || slot == Tags::kNoSlot || slot_of(other, triad) != slot ||
           (id && !its_id)) {
         continue;
@@ -320,16 +321,16 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
       const std::string name(TriadName(triad)), instance = std::to_string(other.instance);
       return id && id == its_id
                  ? "its " + name + " has the device id " + std::to_string(*id) +
-                       ", and so has that of instance " + instance +
+                       ", and so has the same sensor of instance " + instance +
                        ": firmware could not distinguish them"
                  : "its " + name + " would use the same parameters as that of instance " +
-                       instance + "; state one of them with `export --instance`";
+                       instance + "; export one of them separately, with `export --instance`";
     }
   }
   return "";
 }
 
-/// The export of a device's results to one format.
+/// Exports the results of a device to one format.
 class FormatOfDevice {
  public:
   FormatOfDevice(const std::vector<ResultOfInstance>& results,
@@ -355,7 +356,7 @@ class FormatOfDevice {
       const Calibration calibration = BesideUnwritten(results_, exports_, results_[i]);
       if (info_.first_instance &&
           (calibration.tags != results_[i].calibration->tags || !unwritten_.empty())) {
-        options_.further_comment = std::exchange(unwritten_, {});  // Only once in a file.
+        options_.further_comment = std::exchange(unwritten_, {});  // Once per file.
         TRUETRIAD_ASSIGN_OR_RETURN(exports_[i], ExportOf(results_[i], calibration));
         options_.further_comment.clear();
       }
@@ -372,7 +373,7 @@ class FormatOfDevice {
     const std::string& folder = info_.first_instance ? results_.front().folder : result.folder;
     return (std::filesystem::path(folder) / info_.file_name).string();
   }
-  /// The first words of warnings.
+  /// The beginning of a warning: the file, and the instance if there are several.
   std::string Which(const ResultOfInstance& result) const {
     return FileOf(result) + ": " +
            (results_.size() > 1 ? "instance " + std::to_string(result.instance) + ": " : "");
@@ -385,7 +386,7 @@ class FormatOfDevice {
     return ExportUnlessHeldBack(
         calibration, info_.name, options_, why.empty() ? why_of_device_ : why, instance);
   }
-  /// Exports one result, or warns that it is not written.
+  /// Exports one result, or warns that it or one of its sensors is not written.
   Status Try(std::size_t i, ExportsBeside* beside) {
     const ResultOfInstance& result = results_[i];
     const std::string shared = info_.first_instance ? SharedSlot(results_, result, info_) : "";
@@ -395,7 +396,8 @@ class FormatOfDevice {
       return {};
     }
     Result<Export> exported = ExportOf(result, *result.calibration);
-    // The log's vehicle uses its sensors as they are mounted, so a rotated one is left out.
+    // The vehicle of the log corrects each sensor as it is mounted, without this rotation. A
+    // rotated sensor is therefore left out.
     const bool is_its = Reads(result.calibration->tags.firmware, info_.name);
     if (exported && is_its && exported->is_turned != PerTriad<bool>()) {
       beside->is_whole = false;
@@ -426,7 +428,7 @@ class FormatOfDevice {
     SayUnwritten(result, "is not written: " + exported.error().message, beside);
     return {};
   }
-  /// Warns that a result is not written; the file of the other results will state this, too.
+  /// Warns that a result is not written. The file with the other results will state this, too.
   void SayUnwritten(const ResultOfInstance& result,
                     const std::string& what,
                     ExportsBeside* beside) {
@@ -434,13 +436,13 @@ class FormatOfDevice {
     unwritten_.push_back("Instance " + std::to_string(result.instance) + ": " + what + ".");
   }
 
-  std::vector<ResultOfInstance> results_;  ///< They point into `calibrations_`.
+  std::vector<ResultOfInstance> results_;  ///< Point to `calibrations_`.
   std::deque<Calibration> calibrations_;
   const FormatInfo& info_;
   const std::string& why_of_device_;
   ExportOptions options_;
   std::vector<std::optional<Export>> exports_;  ///< Unset: the result is not written.
-  std::vector<std::string> unwritten_;          ///< Comments on results not written.
+  std::vector<std::string> unwritten_;          ///< Comments about results that are not written.
 };
 
 }  // namespace
@@ -458,7 +460,7 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options) {
   ExportsBeside beside;
-  // One result that may not be delivered marks all files of its device. A result that is not usable
+  // If one result may not be delivered, all files of its device say so. A result that is not usable
   // is left out with a warning.
   std::string why_of_device;
   for (const ResultOfInstance& result : results) {

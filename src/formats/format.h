@@ -21,9 +21,9 @@
 namespace truetriad {
 
 // A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1. The
-// right column names the part of the consumer's equation (CorrectionParts) that it sets.
+// right column names the part of the consumer's equation (CorrectionParts) that the quantity sets.
 enum class Quantity {
-  kRotationFactor,      // R by rows of S = M R, a rotation     transpose of the rotation
+  kRotationFactor,      // R by rows, a rotation; S = M R       transpose of the rotation
   kBias,                // b                                    before
   kBiasAdded,           // -b                                   before
   kBiasAfter,           // C b                                  after
@@ -37,27 +37,27 @@ enum class Quantity {
   kDeviation,           // C - I by columns                     matrix, with I
   kLowerDeviation,      // C - I, lower triangle by columns     matrix, with I
   kSensitivity,         // S by rows                            inverse of the matrix
-  kLowerFactor,         // M by rows, lower triangular          inverse of the matrix
+  kLowerFactor,         // M by rows, lower triangular; S = M R inverse of the matrix
   kGSensitivity,        // G by rows                            g_sensitivity
-  kGBehindRotation,     // A by rows of G = A R                 g_sensitivity, with R
+  kGBehindRotation,     // A by rows; G = A R                   g_sensitivity, with R
 };
 
-// A field of a triad: its name or position in the file, in the syntax of the file.
+// A field of a triad in a file: its name or position there, and the quantity that it states.
 struct Field {
   std::string_view name;
   Quantity quantity;
   bool is_optional = false;
 };
 
-// The number of entries of the quantity.
+// The number of entries of a quantity.
 Eigen::Index SizeOf(Quantity quantity);
-// The entries in the order of the file.
+// The entries of a quantity, in the order of the file.
 Eigen::VectorXd ValueOf(Quantity quantity, const TriadCalibration& sensor);
 
-// The quantities that files state of a triad.
+// The quantities of one triad that a file states.
 using Stated = std::map<Quantity, Eigen::VectorXd>;
 
-// The quantities of `fields`, whose numbers follow each other in `numbers`.
+// The quantities of `fields`, whose numbers stand in `numbers` one field after another.
 Stated StatedTogether(std::span<const Field> fields, const double* numbers);
 
 // The equation of a consumer:
@@ -70,36 +70,37 @@ struct CorrectionParts {
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   Eigen::Vector3d after = Eigen::Vector3d::Zero();
   std::optional<Eigen::Matrix3d> g_sensitivity = {};
-  // The thermal bias in the consumer's arithmetic.
+  // The thermal bias, computed in the consumer's arithmetic.
   std::function<Eigen::Vector3d(double temperature_degc)> thermal = {};
 
-  // For an import: S if the file states it, temperature terms with their contribution to the bias
-  // at their reference, and the unit of the readings if the format does not fix it.
+  // Only for an import. S, if the file states it; temperature terms, and the bias that they add at
+  // their reference temperature; the unit of the readings, if the file states it.
   std::optional<Eigen::Matrix3d> sensitivity = {};
   Eigen::Vector3d thermal_constant = Eigen::Vector3d::Zero();
   std::optional<ThermalTerms> thermal_terms = {};
   std::string reading_unit = {};
 
-  // The matrices are not finite if the file states the inverse of a singular one.
+  // If the file states a sensitivity that is singular, `matrix` is not finite.
   static CorrectionParts Of(const Stated& stated);
 };
 
-// The consumer's result for a reading, in its units and its arithmetic.
+// The consumer's result for a reading, in the consumer's units and arithmetic.
 using Equation = std::function<Eigen::Vector3d(
     const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
 
 // Computed in float32 if that is the consumer's arithmetic, else in double.
 Equation EquationOf(const CorrectionParts& parts, Arithmetic arithmetic);
-// The correction as our model. `reading_unit` and `result_unit` are those of the consumer.
+// The correction in terms of our model. `reading_unit` and `result_unit` are the consumer's units;
+// if `reading_unit` is empty, `parts` states the unit.
 TriadCalibration TriadOf(const CorrectionParts& parts,
                          std::string_view reading_unit,
                          std::string_view result_unit);
 
-// What a format can hold of one triad. Restate (restate.h) removes everything else before the
-// format's writer is called.
+// What a format can hold of one triad. Before the format's writer is called, Restate (restate.h)
+// removes everything else.
 enum class MatrixForm {
-  kNothing,  // the reading as it is
-  kNone,     // the reading minus an offset
+  kNothing,  // the reading is not corrected
+  kNone,     // only an offset is subtracted from the reading
   kDiagonal,
   kSymmetric,
   kFull,
@@ -112,38 +113,39 @@ struct TriadCapacity {
   bool matrix_thermal = false;  // powers of the temperature in the sensitivity, any order
   bool rate_thermal = false;    // bias terms in the rate of temperature
   bool g_sensitivity = false;
-  bool axis_terms = false;  // terms.h
-  // Unit of the readings that the consumer corrects; empty: that of the calibration.
+  bool axis_terms = false;  // the axis terms of terms.h
+  // Unit of the readings that the consumer corrects; empty: the unit in the calibration.
   std::string_view reading_unit = {};
   // The user may choose another unit with --units.
   bool free_unit = false;
-  // The result has the unit of the readings (reading_unit when they are counts), not the true unit.
+  // The result has the unit of the readings instead of the true unit. If the readings are counts,
+  // it has `reading_unit`, if this is set.
   bool result_in_reading_unit = false;
 };
 
 struct WriteRequest {
-  const Calibration& calibration;  // what the format holds, in its units and gauge
+  const Calibration& calibration;  // what the format can hold, in the format's units and gauge
   const ExportOptions& options;
-  std::vector<std::string> comment;    // the first lines of every file
-  const Calibration* stated;           // the original, in the units and gauge of its covariance
+  std::vector<std::string> comment;    // the lines of the comment in every file
+  const Calibration* stated;           // the original calibration, in its own units and gauge
   std::vector<std::string>& warnings;  // what degrades the result is added here
 };
 using Files = std::vector<ExportedFile>;
 
-// What a file tells its consumer: for each triad in the file the parts of the equation, or an
-// equation of the format's own.
+// What a file states. Each triad in the file has either the parts of its equation or, in some
+// formats, a whole equation.
 struct Carried {
   PerTriad<std::optional<CorrectionParts>> parts;
   PerTriad<Equation> equations;
-  Tags device;                     // what the file states of the device
-  std::optional<double> field_ut;  // field strength during calibration
+  Tags device;                     // what the file states about the device
+  std::optional<double> field_ut;  // the field strength during calibration
   std::vector<std::string> notes;
 };
 
 struct ReadRequest {
   std::vector<ExportedFile> files;  // `suffix` is the name that messages use
   std::optional<int> instance;
-  // A sensor's parameter slot or device ID, which selects the sensor with priority over `instance`.
+  // If set for a sensor, its parameter slot or device ID selects it in place of `instance`.
   PerTriad<std::optional<std::int64_t>> slots = {}, device_ids = {};
   std::string firmware = {};  // the firmware that uses the parameters, if known
 };
@@ -151,8 +153,8 @@ struct ReadRequest {
 struct Format {
   FormatInfo info;
   std::optional<Gauge> gauge = {};  // the body frame that the format needs
-  // The consumer is a vehicle's firmware, which corrects each sensor in the sensor's own axes
-  // (model/tags.h).
+  // The consumer is a vehicle's firmware. Each sensor is corrected in the axes that model/tags.h
+  // states.
   bool is_firmware = false;
   PerTriad<TriadCapacity> capacity = {};
   std::function<Result<Files>(const WriteRequest&)> write = {};
@@ -171,8 +173,8 @@ Format RecordFormat();
 // All formats in the order of the documentation.
 const std::vector<Format>& AllFormats();
 
-// Error (usage): there is no format of that name; the message suggests the nearest. `to_import`:
-// searches only formats that can be imported.
+// Error (usage): no format has this name; the message suggests the nearest. `to_import`: searches
+// only formats that can be imported.
 Result<const Format*> FindFormat(std::string_view name, bool to_import = false);
 
 }  // namespace truetriad

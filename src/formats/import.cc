@@ -42,7 +42,7 @@ std::vector<FormatInfo> Formats() {
 }
 
 Result<const Format*> FindFormat(std::string_view name, bool to_import) {
-  // Names in the spelling of the projects are accepted: imu_tk.
+  // Accepts names as the projects themselves write them: imu_tk.
   std::string wanted(name);
   std::replace(wanted.begin(), wanted.end(), '_', '-');
   std::vector<std::string_view> names;
@@ -69,7 +69,7 @@ Result<FormatInfo> InfoOfFormat(std::string_view name) {
 
 namespace {
 
-/// The sensor of a file, converted to the units that the calibration is to have.
+/// The sensor of a file, in the units for the calibration. `wanted`: the unit of its readings.
 Result<TriadCalibration> InWantedUnits(Triad triad,
                                        const Carried& file,
                                        const Format& format,
@@ -80,7 +80,8 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
       TriadOf(*file.parts[triad],
               capacity.reading_unit,
               capacity.result_in_reading_unit ? capacity.reading_unit : TruthUnitName(triad));
-  // A correction in the sensor's own axes is turned into the board's.
+  // If a magnetometer is corrected in axes of its own, rotates the correction into the board's
+  // axes.
   const auto& turn_deg = file.device.magnetometer_turn_deg;
   if (triad == Triad::kMagnetometer && turn_deg) {
     TurnReadingsToo(TurnOf(*turn_deg).transpose(), &carried);
@@ -95,7 +96,8 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
     sensor.input_unit = *wanted;
     return sensor;
   }
-  // A unit fixed by the format is replaced by the true unit; a unit that the file states is kept.
+  // Without a wanted unit: a unit that the format fixes becomes the true unit; a unit that the file
+  // states is kept.
   const bool fixed = !capacity.reading_unit.empty();
   const std::string unit_name =
       wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
@@ -113,7 +115,7 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
   return sensor;
 }
 
-/// Appends the names of the sensor's parameters as in a calibration's covariance.
+/// Appends the names that the sensor's parameters have in a calibration's covariance.
 void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::string>* names) {
   const auto vector = [&](ParameterKind kind, int power) {
     for (int row = 0; row < 3; ++row) {
@@ -134,7 +136,8 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
   if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
 }
 
-/// The decision in a file exported although its unit failed; `said`: what follows kMustNotLeave.
+/// The decision that a file states if it was exported although its unit failed. `said`: the text
+/// after kMustNotLeave.
 Decision HeldBack(const std::string& path, std::string said) {
   const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
@@ -145,7 +148,7 @@ Decision HeldBack(const std::string& path, std::string said) {
 
 /// The gauge implied by the form of the leading sensor's sensitivity.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
-  // The rounding of an inverse of a matrix that was triangular before it was written.
+  // A matrix that was triangular is so only up to this rounding after it was inverted and written.
   constexpr double kTriangularRounding = 1e-12;
   if (sensitivity.isLowerTriangular(kTriangularRounding)) return Gauge::kAccelX;
   if (sensitivity.isUpperTriangular(kTriangularRounding)) return Gauge::kAccelZ;

@@ -6,8 +6,8 @@
 #include "formats/format.h"
 #include "formats/text.h"
 
-// Kalibr's input, which is only noise, its result with the scale-misalignment model, and the
-// kalibr_imu_chain.yaml of OpenVINS, in double:
+// Three files, in double: Kalibr's input, which holds only noise; Kalibr's result with the
+// scale-misalignment model; the kalibr_imu_chain.yaml of OpenVINS.
 //
 //   Kalibr     y_a = M_a f + b_a,   y_g = M_g C_gi w + A C_gi f + b_g
 //   OpenVINS   f = Ta^-1 (y_a - b_a),   w = R_IMUtoGYRO^T Tw^-1 (y_g - b_g - Tg f)
@@ -25,12 +25,12 @@ constexpr std::string_view kBiasComment = "# bias ";
 
 constexpr std::array<Triad, 2> kInertial = {Triad::kAccelerometer, Triad::kGyroscope};
 
-/// A matrix of the file, in the file's order.
+/// A matrix of the file, and its sensor.
 struct ChainField {
   Triad triad;
   Field field;
 };
-/// The file format of a program.
+/// The file format of one of the two programs.
 struct Chain {
   std::string_view begin, model;
   bool has_blocks;  ///< Each sensor has a map of its own.
@@ -59,8 +59,8 @@ std::vector<Field> ChainFieldsOf(Triad triad, const Chain& chain) {
   return own;
 }
 
-/// These files state both sensors; one that is not calibrated gets the identity and a warning.
-/// Error: a mirrored gyroscope.
+/// The two sensors of a file, which must state both: a sensor that is not calibrated becomes the
+/// identity, with a warning. Error: the gyroscope is mirrored.
 Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
   PerTriad<TriadCalibration> both;
@@ -78,7 +78,7 @@ Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
     }
     request.warnings.emplace_back(
         std::string(TriadName(triad)) +
-        ": not calibrated; the file, which must state it, holds the identity");
+        ": not calibrated; the file must state this sensor, so it states the identity");
   }
   return both;
 }
@@ -104,8 +104,8 @@ std::string RealText(double value) {
   return text;
 }
 
-/// The noise keys, with placeholders for what is unknown. The density is known even if a rest is
-/// too short for a random walk.
+/// The noise keys, with placeholders for what is unknown. If a rest is too short to determine a
+/// random walk, the density is still written.
 Result<std::string> NoiseText(const std::string& indent, const WriteRequest& request) {
   const ExportOptions& options = request.options;
   std::string text;
@@ -169,14 +169,14 @@ Result<Files> WriteChain(const Chain& chain, const WriteRequest& request) {
     block = triad;
     text.append(indent).append(field.name) += ": ";
     text += RowsText(ValueOf(field.quantity, both[triad])) + "\n";
-    // The accelerometer's axes define those of the IMU.
+    // The accelerometer's axes are those of the IMU.
     if (!chain.has_blocks && triad == Triad::kAccelerometer)
       text += "  R_IMUtoACC: " + RowsText(Eigen::Matrix3d::Identity().reshaped()) + "\n";
   }
   return Files{{"", std::move(text)}};
 }
 
-/// The biases in the comment; if there is no comment, zero and a note.
+/// The bias in the comment about `triad`; without such a comment, zero and a note.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
   const std::size_t at = text.find(begin);
@@ -201,7 +201,8 @@ YamlReader FirstImu(YamlReader* root) {
   return root->RequireChild("imu0");
 }
 
-/// Reads a chain, or Kalibr's input, which states no correction. Error: a singular matrix.
+/// Reads the file of a chain, or Kalibr's input, which states no correction. Error: a matrix is
+/// singular.
 Result<Carried> ReadChain(const Chain& chain, const ReadRequest& request) {
   const ExportedFile& file = request.files[0];
   // The first line of an OpenCV file is not YAML.
@@ -228,8 +229,7 @@ Result<Carried> ReadChain(const Chain& chain, const ReadRequest& request) {
     parts.before = BiasFromComment(file.text, triad, &carried);
     if (parts.g_sensitivity && parts.g_sensitivity->isZero(0.0)) parts.g_sensitivity.reset();
   }
-  if (is_input)
-    carried.notes = {"Kalibr's input holds noise alone: readings are taken as they are"};
+  if (is_input) carried.notes = {"Kalibr's input holds only noise: readings are not corrected"};
   return carried;
 }
 

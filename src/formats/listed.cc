@@ -29,20 +29,20 @@
 //               the covariances of sensor_msgs/msg/Imu and MagneticField, whose zeros mean
 //               "unknown". common_interfaces: sensor_msgs/msg/Imu.msg, MagneticField.msg
 //   Fusion      of x-io, constants of C, in float32, misalignment ((y - offset) o sensitivity);
-//               of the magnetometer softIron (y - hardIron).
+//               for the magnetometer softIron (y - hardIron).
 //               Fusion: Fusion/FusionModel.h (earlier FusionCalibration.h), examples
-//   imu_tk      in double, x = T K (y - B), T with unit diagonal (of the accelerometer: upper
-//               triangular), K diagonal. One text file a sensor: T by rows, K by rows, B. What
-//               follows is not read. imu_tk: include/imu_tk/calibration.h (CalibratedTriad_, load,
-//               save)
+//   imu_tk      in double, x = T K (y - B), T with unit diagonal (upper triangular for the
+//               accelerometer), K diagonal. One text file per sensor: T by rows, K by rows, B.
+//               imu_tk does not read what follows. imu_tk: include/imu_tk/calibration.h
+//               (CalibratedTriad_, load, save)
 
 namespace truetriad {
 namespace {
 
 /// The position of the fields in a file.
 struct Listing {
-  std::vector<std::string_view> path;  ///< Keys; `[0]` is the first of a list.
-  bool by_sensor = false;              ///< Each sensor has a map named after it.
+  std::vector<std::string_view> path;  ///< Keys to the fields; `[0]` is the first item of a list.
+  bool by_sensor = false;              ///< Each sensor has a map with its name.
   PerTriad<std::vector<Field>> fields;
 };
 
@@ -169,7 +169,8 @@ constexpr double kTeslaPerMicrotesla = 1e-6;  // sensor_msgs/MagneticField: 1e6 
 constexpr PerTriad<std::string_view> kCovarianceNames = {
     {"linear_acceleration_covariance", "angular_velocity_covariance", "magnetic_field_covariance"}};
 
-/// "[1.0, 0.5]": rcl rejects a list that mixes integers with other numbers.
+/// "[1.0, 0.5]": whole numbers get ".0", since rcl rejects a list with integers among other
+/// numbers.
 std::string RealListText(const Eigen::VectorXd& values) {
   std::string text;
   for (const double value : values) {
@@ -180,9 +181,9 @@ std::string RealListText(const Eigen::VectorXd& values) {
   return text + "]";
 }
 
-/// Variances of one corrected reading by axis, in the message's unit: the noise of a sample after
-/// correction plus the calibration's own variance. Zero (unknown) with a warning if no noise is
-/// known, since the second part alone would be too small.
+/// Variances of one corrected reading by axis, in the message's unit squared: the noise of a
+/// sample, after correction, plus the variance of the calibration. If no noise is known: zero,
+/// which means unknown, and a warning; the calibration's part alone would be too small.
 Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                   Triad triad,
                                   const Eigen::Matrix3d& correction) {
@@ -281,7 +282,7 @@ Result<Carried> ReadFusion(const ReadRequest& request) {
 
 struct ImuTkFile {
   Triad triad;
-  std::string_view suffix;  // as imu_tk's own programs name them: test_imu_acc.calib
+  std::string_view suffix;  // as in the names that imu_tk's own programs use: test_imu_acc.calib
 };
 constexpr ImuTkFile kImuTkFiles[] = {{Triad::kAccelerometer, "_acc.calib"},
                                      {Triad::kGyroscope, "_gyro.calib"}};
@@ -299,7 +300,7 @@ Result<Files> WriteImuTk(const WriteRequest& request) {
     std::string text;
     for (const Field& field : kImuTkFields) {
       const Eigen::VectorXd numbers = ValueOf(field.quantity, *sensor);
-      // A matrix has one row a line, a vector one number.
+      // Each line holds one row of a matrix, or one number of a vector.
       const Eigen::Index columns = numbers.size() / 3;
       for (Eigen::Index i = 0; i < numbers.size(); ++i)
         text += NumberText(numbers[i]) + ((i + 1) % columns == 0 ? '\n' : ' ');
@@ -312,7 +313,7 @@ Result<Files> WriteImuTk(const WriteRequest& request) {
   return files;
 }
 
-/// The numbers of a file before its comment.
+/// The numbers of a file, without its comments.
 Result<std::vector<double>> NumbersOfFile(const ExportedFile& file) {
   std::vector<double> numbers;
   for (const auto& [place, line, words] : WordLines(file)) {

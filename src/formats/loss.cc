@@ -12,11 +12,12 @@
 namespace truetriad {
 namespace {
 
-// Truths about 14 deg apart (sqrt(4 pi / 200)), where quadratic terms differ by a few per cent.
+// Neighbouring truths are 14 deg apart (sqrt(4 pi / 200)); over this angle quadratic terms change
+// by a few per cent.
 constexpr int kDirections = 200;
-// Chosen: a cubic has two extremes and one inflection, so 17 points sample each several times.
+// Chosen: a cubic has two extremes and one inflection; 17 points cover the surroundings of each.
 constexpr int kTemperatures = 17;
-// Five rates, evenly over the range of the sweep, including both ends.
+// Five rates, evenly spaced over the range of the sweep, with both ends.
 constexpr int kRates = 5;
 
 Eigen::Vector3d Direction(int i) { return EvenDirection(i, kDirections); }
@@ -45,7 +46,7 @@ std::vector<double> Temperatures(const TriadCalibration& sensor, const Reference
   return temperatures;
 }
 
-/// Covariance of the corrected reading's error from the uncertainty of the parameters.
+/// Covariance of the error that the uncertainty of the parameters causes in a corrected reading.
 Eigen::Matrix3d PredictedCovariance(const NamesOfTriad& names,
                                     const Eigen::MatrixXd& covariance,
                                     const ModelAtPose& at,
@@ -62,7 +63,8 @@ bool DropsRates(const Restated& restated, Triad triad) {
   return HasRates(*restated.whole.sensors[triad]->thermal) && !(held && HasRates(*held));
 }
 
-// The state of each axis long after the thermometer began to change at the rate: the axis lags.
+// The state of each axis when the thermometer has changed at the rate for a long time. An axis then
+// is behind the thermometer by its lag times the rate.
 ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_degcps) {
   ThermalState state;
   const Eigen::Vector3d lag_s = thermal.element_lag_s.value_or(Eigen::Vector3d::Zero());
@@ -71,13 +73,13 @@ ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_
   return state;
 }
 
-/// The force of the i-th truth: 7 and 200 are coprime, so every force direction occurs once.
+/// The force at the i-th truth. As 7 and 200 are coprime, every force direction occurs once.
 Eigen::Vector3d ForceWith(int i, const ReferenceValues& reference) {
   return reference.gravity_mps2 * Direction((7 * i) % kDirections);
 }
 
-/// Lengths of the errors of the consumer's results for truths on the sphere, from readings by
-/// `model` at a temperature.
+/// For each truth on the sphere: the length of the error of the consumer's result. `model` predicts
+/// the readings, at the temperature `degc`.
 Eigen::VectorXd ErrorsOf(Triad triad,
                          const Equation& equation,
                          const Restated& restated,
@@ -97,7 +99,7 @@ Eigen::VectorXd ErrorsOf(Triad triad,
   return errors;
 }
 
-/// Adds errors to `loss`; until all are added, its rms holds their mean square.
+/// Adds errors to `loss`. Until all errors are added, loss->rms holds their mean square.
 template <typename Loss>
 void Add(const Eigen::VectorXd& errors, double share, Loss* loss) {
   loss->largest = std::max(loss->largest, errors.maxCoeff());

@@ -16,8 +16,8 @@
 //
 //   truth = C (raw - b - G force),  columns; C = S^-1
 //
-// and the covariance of (b, S by rows). In addition A, b and expmfs as magcal returns them, for row
-// vectors: truth_row = (raw_row - b) A, so A = C^T of the magnetometer.
+// and the covariance of (b, S by rows). In addition A, b and expmfs of the magnetometer as magcal
+// returns them, for row vectors: truth_row = (raw_row - b) A, so A = C^T.
 
 namespace truetriad {
 namespace {
@@ -51,7 +51,7 @@ std::string WithoutComments(const std::string& text) {
   return kept;
 }
 
-/// Parses the rows of "1 2 3; 4 5 6". False for anything else.
+/// Parses the rows of "1 2 3; 4 5 6". False: the text is anything else.
 bool ParseMatrix(std::string_view text, Eigen::MatrixXd* matrix) {
   std::vector<std::vector<double>> rows(1);
   const char* at = text.data();
@@ -150,7 +150,8 @@ std::string StructName(Triad triad) {
   return std::string(kStructs[static_cast<std::size_t>(triad)]);
 }
 
-/// The covariance of bias x y z and the rows of the sensitivity; empty if it is incomplete.
+/// The covariance of the bias (x, y, z) and the sensitivity (by rows); empty if one of these
+/// parameters has none.
 Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   std::vector<Eigen::Index> places;
   const auto list = [&](const std::string& name) {
@@ -213,7 +214,8 @@ Result<Files> WriteMatlab(const WriteRequest& request) {
   return Files{{"", std::move(bytes)}};
 }
 
-/// A 3x3 matrix of the file, if it is there. Error: it has another size or is singular.
+/// A 3x3 matrix of the file; unset if the variable is missing. Error: it has another size or a
+/// number that is not finite.
 Result<std::optional<Eigen::Matrix3d>> MatrixOf(const MatlabVariables& variables,
                                                 const std::string& name,
                                                 const std::string& file) {
@@ -244,7 +246,7 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     auto C = MatrixOf(*variables, prefix + "C", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(C);
     if (!*C && triad == Triad::kMagnetometer) {
-      // The result of magcal without our structs.
+      // A result of magcal, without our structs.
       prefix = "";
       C = MatrixOf(*variables, "A", file.suffix);
       TRUETRIAD_RETURN_IF_ERROR(C);
@@ -268,10 +270,10 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
                                MatrixOf(*variables, prefix + "G", file.suffix));
     const MatlabVariable* const unit = FindVariable(*variables, prefix + "input_unit");
     if (unit != nullptr) parts.reading_unit = unit->text;
-    // The stated sensitivity is kept, since its zeros are exact.
+    // A stated sensitivity is kept, since its zeros are exact.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    // Rounding of the product of S and its inverse, both written with all digits.
+    // Rounding of the product of S and its inverse if both are written with all digits.
     constexpr double kInverseRounding = 1e-9;
     if (*S && (parts.matrix * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       parts.sensitivity = **S;

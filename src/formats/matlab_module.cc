@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// libmatio works only on files: a temporary file, removed by the destructor.
+/// A temporary file, since libmatio works only on files. The destructor removes it.
 class TemporaryFile {
  public:
   TemporaryFile() {
@@ -73,7 +73,8 @@ VariableOwner Create(const std::string& name, const MatlabVariable& variable) {
                                      0));
 }
 
-/// The content of a variable that is not a struct; neither numbers nor text for other types.
+/// The content of a variable that is not a struct. It has neither numbers nor text if the variable
+/// is of an unsupported type.
 MatlabVariable Taken(const std::string& name, const matvar_t& variable) {
   MatlabVariable taken{name, {}, {}};
   if (variable.rank != 2 || variable.data == nullptr || variable.isComplex != 0) return taken;
@@ -115,7 +116,7 @@ Result<std::string> Write(const MatlabVariables& variables,
   const TemporaryFile temporary;
   if (!temporary.usable()) return failed;
   {
-    // libmatio's own header line holds the time, so the same input would not give the same bytes.
+    // Replaces libmatio's own header line, whose time would make the bytes differ from run to run.
     const std::string line = "MATLAB 5.0 MAT-file, " + (comment.empty() ? "" : comment[0]);
     const std::unique_ptr<mat_t, CloseFile> file(
         Mat_CreateVer(temporary.path().c_str(), line.substr(0, 115).c_str(), MAT_FT_MAT5));
@@ -153,7 +154,8 @@ Result<std::string> Write(const MatlabVariables& variables,
 Result<MatlabVariables> Parse(const std::string& bytes, const std::string& name) {
   const TemporaryFile temporary;
   if (!temporary.usable())
-    return Error(ErrorCode::kCannotWrite, {name}, "there is no folder for temporary files");
+    return Error(
+        ErrorCode::kCannotWrite, {name}, "cannot create a file in the folder for temporary files");
   std::ofstream(temporary.path(), std::ios::binary) << bytes;
   const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(temporary.path().c_str(), MAT_ACC_RDONLY));
   if (!file)

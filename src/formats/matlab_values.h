@@ -21,7 +21,7 @@ using MatlabVariables = std::vector<MatlabVariable>;
 // Returns nullptr when there is no variable of that name.
 const MatlabVariable* FindVariable(const MatlabVariables& variables, const std::string& name);
 
-// A script (.m) of assignments that begins with the comments.
+// A script (.m) of assignments, after the lines of the comment.
 std::string ScriptText(const MatlabVariables& variables, const std::vector<std::string>& comment);
 // Reads assignments of constants from a script; other statements are skipped.
 MatlabVariables ParseScript(const std::string& text);
@@ -36,7 +36,7 @@ struct MatlabModule {
   Result<MatlabVariables> (*parse)(const std::string& bytes, const std::string& name);
 };
 
-// The companion library (base/companion.h) and its one function, `const MatlabModule* ()`.
+// The companion library (base/companion.h) and its only function, `const MatlabModule* ()`.
 inline constexpr char kMatlabModuleFile[] = "truetriad_matlab.so";
 inline constexpr char kMatlabModuleFunction[] = "TruetriadMatlabModule";
 // The module, loaded once and kept until the program ends; nullptr if missing or not loadable.

@@ -6,8 +6,8 @@
 
 namespace truetriad {
 
-// Numbers for files of other programs, independent of the locale: the fewest digits that read back
-// to the same bits.
+// The text of a number for files of other programs: the fewest digits that read back to the same
+// bits. It does not depend on the locale.
 template <typename Number>
 std::string NumberText(Number value) {
   char text[64];

@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-// `device.firmware` of a log of ArduPilot up to 3.2, which turns inertial readings into the
-// vehicle's axes and scales them before it subtracts offsets b: s o (R y) - b.
+// The value of `device.firmware` for a log of ArduPilot up to 3.2. This firmware rotates inertial
+// readings y into the vehicle's axes, scales them and then subtracts offsets: s o (R y) - b.
 inline constexpr std::string_view kArduPilotOf2014 = "ardupilot-3.2";
 
 // Whether the firmware of a log reads the parameters of `format`.
@@ -28,7 +28,7 @@ inline std::string Expanded(std::string_view pattern,
                             int instance,
                             std::size_t axis = 0,
                             std::size_t power = 0) {
-  constexpr int kLastOfShortNames = 3;  // INS_ACC3OFFS; that parameter group then was full.
+  constexpr int kLastOfShortNames = 3;  // After INS_ACC3OFFS the parameter group was full.
   const std::string number = std::to_string(instance);
   const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
   const std::map<char, std::string> words = {{'@', is_late ? "" : number},
@@ -51,7 +51,7 @@ Eigen::Matrix<Scalar, 3, 3> CompassMatrixOf(Eigen::Vector3<Scalar> d,
                                             const Eigen::Vector3<Scalar>& o,
                                             Scalar scale) {
   constexpr Scalar kMostScale = 1.5;  // Firmware ignores a scale outside 1/1.5 to 1.5.
-  if (d.isZero(0)) d.setOnes();       // Zero means unused.
+  if (d.isZero(0)) d.setOnes();       // A zero diagonal means that DIA is not used.
   Eigen::Matrix<Scalar, 3, 3> matrix;
   matrix << d[0], o[0], o[1], o[0], d[1], o[2], o[1], o[2], d[2];
   if (scale >= 1 / kMostScale && scale <= kMostScale) matrix *= scale;

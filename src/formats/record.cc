@@ -18,9 +18,10 @@
 #include "truetriad/formats/laboratory.h"
 #include "truetriad/model/thermal.h"
 
-// Our own JSON files, which hold every term; and the digital calibration record for the quality
-// department: values with expanded uncertainties (k = 2; JCGM 100:2008, 6.2), conditions,
-// references, traceability. JSON, or one printable page that carries the same JSON inside.
+// Two formats of our own. "json" holds every term of a calibration. "record" is the calibration
+// record for the quality department: values with expanded uncertainties (k = 2; JCGM 100:2008,
+// 6.2), conditions, references, traceability. It is JSON, or one printable page with the same JSON
+// inside.
 
 namespace truetriad {
 namespace {
@@ -33,7 +34,7 @@ constexpr TriadCapacity kHoldsAll = {.held = true,
                                      .g_sensitivity = true,
                                      .axis_terms = true};
 
-/// Temperature terms as these files hold them, with each rate term under its own name.
+/// Temperature terms in these files; each rate term has its own name.
 struct ThermalBlock {
   ThermalTerms terms;
 };
@@ -61,7 +62,7 @@ void SensorFields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("sensitivity", sensor.model.sensitivity);
   Eigen::Matrix3d correction = sensor.model.Correction();
   visit("correction", correction);
-  // Firmware that applies the correction needs no σ, which may be infinite.
+  // A reader only applies the correction, so it does not need σ, which may be infinite.
   if constexpr (!V::kReads) {
     visit("bias_sigma", sensor.bias_sigma);
     visit("sensitivity_sigma", sensor.sensitivity_sigma);
@@ -92,11 +93,11 @@ Json CovarianceJson(const NamedCovariance& covariance) {
   return {{"parameters", covariance.parameters}, {"matrix", RowsJson(covariance.matrix)}};
 }
 
-/// The member `sensors` of a file, with the equation
+/// Reads the member `sensors` of a file. Its equation is
 ///
 ///   truth = C(T) u(raw - b(T) - G force),  C = S^-1,  T clamped to range_degc
 ///
-/// u as in triad_model.h; without axis terms u(x) = x.
+/// with u of triad_model.h; without axis terms, u(x) = x.
 Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromText(text, name));
   YamlReader sensors = root.RequireChild("sensors");
@@ -125,7 +126,7 @@ Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name
   return carried;
 }
 
-// All that calibration.yaml holds of the sensors, in JSON, in the calibration's units.
+// All that calibration.yaml states about the sensors, as JSON, in the calibration's units.
 constexpr std::string_view kExportFormat = "truetriad/export/1";
 
 Result<Files> WriteJsonExport(const WriteRequest& request) {
@@ -149,10 +150,10 @@ Result<Files> WriteJsonExport(const WriteRequest& request) {
 }
 
 constexpr std::string_view kRecordFormat = "truetriad/record/1";
-constexpr double kCoverageFactor = 2.0;  // 95.4 % of a normal distribution.
+constexpr double kCoverageFactor = 2.0;  // Covers 95.4 % of a normal distribution.
 constexpr std::string_view kEmbedded = "<script type=\"application/json\" id=\"record\">";
 
-/// Probability that a value lies within k of its standard uncertainties.
+/// Probability that the true value lies within k standard uncertainties of the stated one.
 double CoverageProbability(const Quality& quality) {
   const double dof =
       quality.effective_dof > 0.0 ? quality.effective_dof : std::numeric_limits<double>::infinity();
@@ -177,9 +178,10 @@ std::vector<Reference> References(const Calibration& calibration) {
         {name,
          (sigma > 0.0 ? WithSigma(value, kCoverageFactor * sigma) : Significant(value, 7)) + " " +
              unit,
-         nominal       ? "nominal value: gains based on it are relative to it"
-         : sigma > 0.0 ? "known with this uncertainty, which is included in that of the results"
-                       : "stated in the experiment, assumed exact"});
+         nominal ? "nominal value, not measured: the gains are known only relative to it"
+         : sigma > 0.0
+             ? "known with this uncertainty, which the uncertainties of the results include"
+             : "stated in the experiment, assumed exact"});
   };
   add("gravity", "reference.gravity_mps2", reference.gravity_mps2, "m/s²", false);
   if (reference.field_ut) {
@@ -248,7 +250,7 @@ Json SensorRecord(const TriadCalibration& sensor, const std::optional<double>& r
   return json;
 }
 
-/// The tags that the calibration states.
+/// Adds those of the tags that the calibration states.
 void AddTags(std::span<const TagKey> keys, const Tags& tags, Json* json) {
   for (const TagKey& tag : keys) {
     if (!(tags.*tag.value).empty()) (*json)[std::string(tag.key)] = tags.*tag.value;
@@ -398,7 +400,7 @@ std::vector<Section> RecordSections(const WriteRequest& request) {
 }
 
 std::string RecordPage(const WriteRequest& request, std::string json) {
-  // No text in the data may end the script element.
+  // `<` is escaped, so that no text in the data ends the script element.
   for (std::size_t at = json.find('<'); at != std::string::npos; at = json.find('<', at)) {
     json.replace(at, 1, "\\u003c");
   }

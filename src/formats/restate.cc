@@ -29,7 +29,7 @@ double AngleDeg(const Eigen::Matrix3d& rotation) {
   return Eigen::AngleAxisd(rotation).angle() * kDegPerRad;
 }
 
-/// The temperature at which temperature terms are evaluated to become constants.
+/// The temperature at which temperature terms are evaluated where a constant replaces them.
 Result<double> ConstantTemperature(Triad triad,
                                    const ThermalTerms& thermal,
                                    const ExportOptions& options) {
@@ -45,7 +45,7 @@ Result<double> ConstantTemperature(Triad triad,
   return temperature;
 }
 
-/// Chosen: the degree of the polynomial that replaces a piecewise bias if the format has no limit.
+/// Chosen: the highest degree of the polynomial that replaces a piecewise bias.
 constexpr int kRefitOrder = 9;
 
 /// Replaces the bias by a polynomial of degree `order`, which the format can hold.
@@ -70,7 +70,7 @@ void LowerBiasOrder(int order, TriadCalibration* sensor) {
   thermal.bias = terms;
 }
 
-/// Drops the temperature terms that the format cannot hold.
+/// Drops or replaces the temperature terms that the format cannot hold.
 Status HoldThermal(Triad triad,
                    const TriadCapacity& capacity,
                    const ExportOptions& options,
@@ -86,7 +86,7 @@ Status HoldThermal(Triad triad,
                         (thermal.rate_range_degcps
                              ? ""
                              : "; the resulting error depends on how fast the temperature changes "
-                               "and is not included in the stated one"));
+                               "and is not included in the stated error"));
     thermal.rate = {};
     thermal.rate_lag_s.reset();
   }
@@ -95,7 +95,7 @@ Status HoldThermal(Triad triad,
         Name(triad) +
         ": dropped: temperature lag; thermal terms use the temperature as measured, without lag" +
         (thermal.rate_range_degcps ? ""
-                                   : "; the resulting error is not included in the stated one"));
+                                   : "; the resulting error is not included in the stated error"));
     thermal.element_lag_s.reset();
   }
   if (!thermal.sensitivity.empty() && !capacity.matrix_thermal) {
@@ -155,7 +155,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const double sign = restated->held.sensors[leading]->Scale().sum() < 0.0 ? -1.0 : 1.0;
   const Eigen::Matrix3d rotation = GaugeRotation(gauge, lead, sign);
   restated->whole.gauge = restated->held.gauge = gauge;
-  // Rounding of a rotation matrix; below it the frame is already that of the format.
+  // Rounding of a rotation matrix. A smaller rotation means that the frame already is the format's.
   constexpr double kSameFrame = 1e-14;
   if ((rotation - Eigen::Matrix3d::Identity()).norm() > kSameFrame) {
     for (Calibration* const calibration : {&restated->whole, &restated->held}) {
@@ -168,12 +168,12 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
                                  RoundedText(AngleDeg(rotation), 3) +
                                  " deg, to the frame convention " + std::string(GaugeName(gauge)));
   }
-  // The other triangle is zero up to rounding.
+  // The other triangle is zero except for rounding.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
 }
 
-/// "(-y, x, z)".
+/// The axes that `map` takes: "(-y, x, z)".
 std::string AxisMapText(const Eigen::Matrix3d& map) {
   const std::string name = AxisMapName(map);
   std::string text;
@@ -222,7 +222,7 @@ Status HoldMatrix(Triad triad, const Format& format, TriadCalibration* sensor, R
     Eigen::Matrix3d P = svd.V * svd.values.asDiagonal() * svd.V.transpose();
     P = (0.5 * (P + P.transpose())).eval();
     notes->emplace_back(Name(triad) + ": dropped: a rotation by " + RoundedText(AngleDeg(R), 3) +
-                        " deg against the body frame; the matrix is symmetric");
+                        " deg against the body frame; the format's matrix is symmetric");
     sensor->model.sensitivity = P.inverse();
     return {};
   }
@@ -258,7 +258,8 @@ Status HoldUnits(Triad triad,
     }
     chosen = *wanted;
   }
-  // Counts of unknown size cannot be converted, so a consumer that takes any unit gets counts.
+  // The size of a count may be unknown. A format with a free unit therefore keeps counts unless the
+  // user chose a unit.
   std::string reading =
       chosen.empty() || (capacity.free_unit && raw.is_counts && !options.units[triad])
           ? sensor.input_unit
@@ -334,7 +335,7 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
     for (Eigen::Index k = 0; k < size; ++k) powers(i, k) = std::pow(u, static_cast<double>(k));
   }
   const Eigen::VectorXd in_u = LeastSquares(powers).SolveVector(values);
-  // From powers of u to powers of x: Horner's scheme with (x - middle) / half in place of u.
+  // Converts powers of u to powers of x: Horner's scheme with (x - middle) / half for u.
   std::vector<double> in_x(static_cast<std::size_t>(size), 0.0);
   for (Eigen::Index k = size - 1; k >= 0; --k) {
     for (std::size_t j = in_x.size(); j-- > 0;) {
@@ -362,7 +363,7 @@ Result<Restated> Restate(const Calibration& calibration,
     if (!format.capacity[triad].held) {
       restated.notes.emplace_back(Name(triad) + ": dropped: " + std::string(format.info.name) +
                                   " does not support it");
-      continue;  // It is kept until the frame is turned, since it may be the leading sensor.
+      continue;  // It may be the leading sensor, so it is kept until the frame is turned.
     }
     any = true;
     TRUETRIAD_RETURN_IF_ERROR(

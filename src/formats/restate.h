@@ -18,11 +18,12 @@ namespace truetriad {
 struct Restated {
   // The whole calibration in the body frame of the format and the units of the calibration.
   Calibration whole;
-  // The part that the format can hold, in its units. Each output_unit is that of the result.
+  // The part that the format can hold, in the format's units. Each output_unit is the unit of the
+  // consumer's result.
   Calibration held;
   PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
   PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
-  // For each sensor the rotation from the body frame of `whole` to that of the calibration.
+  // For each sensor: the rotation from the body frame of `whole` to that of the original.
   PerTriad<Eigen::Matrix3d> rotation = {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
   // The angle between a sensor's axes and the body frame, if the format cannot hold it.
@@ -32,41 +33,42 @@ struct Restated {
   std::vector<std::string> warnings;
 };
 
-// Gauge and units are restated exactly; what the format cannot hold (left) is replaced (right):
-//   bias order above the format's      cubic through Chebyshev points over the calibrated range
+// Restates gauge and units exactly. If the format has a limit (left), the calibration is reduced to
+// it (right):
+//   lower order of the bias            polynomial through Chebyshev points of the calibrated range
 //   no temperature terms               values at options.temperature_degc
 //   diagonal matrix                    diag(C)
-//   symmetric matrix                   P of C = R P
+//   symmetric matrix                   P, where C = R P and R is a rotation
 //   no matrix                          offsets only
-//   no axis terms                      nothing
-// Errors (bad input): a calibration that is not usable, counts of unknown size into another unit,
-// another unit into counts, a mirrored triad into a format that cannot mirror; (usage) options that
-// do not fit.
+//   no axis terms                      axis terms are dropped
+// Errors (bad input): the calibration is not usable; the format supports none of its sensors;
+// counts of unknown size would need another unit, or another unit counts; the format cannot hold
+// mirrored or swapped axes. Error (usage): an option does not fit the format or the calibration.
 Result<Restated> Restate(const Calibration& calibration,
                          const Format& format,
                          const ExportOptions& options);
 
-// Rotates the axes of a sensor's readings and of its results: `turn` times both.
+// Rotates a sensor's readings and its results by the same rotation: both are multiplied by `turn`.
 void TurnReadingsToo(const Eigen::Matrix3d& turn, TriadCalibration* sensor);
 
-// The polynomial in x of degree `degree` through `function` at the Chebyshev points of [low, high],
-// coefficients ascending. Range: low < high.
+// The polynomial of degree `degree` in x that equals `function` at the Chebyshev points of [low,
+// high]. Returns its coefficients, ascending. Range: low < high.
 std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double low,
                                  double high,
                                  int degree);
 
-// The errors of `equation` for the readings that `restated.whole` predicts for truths on a sphere
-// (of radius gravity, field strength or pi rad/s) over the calibrated temperatures. `calibration`
-// is the one before it was restated; its covariance gives the σ of its own predictions. Terms in
-// the rate of temperature that the format does not hold enter at_rates alone.
+// The errors of the results of `equation`. `restated.whole` predicts the readings: for truths on a
+// sphere (its radius is gravity, field strength or pi rad/s), at the calibrated temperatures.
+// `calibration` is the original; its covariance gives the σ of each corrected reading. If the
+// format drops terms in the rate of temperature, only at_rates contains their effect.
 ExportLoss LossOf(Triad triad,
                   const Equation& equation,
                   const Restated& restated,
                   const Calibration& calibration);
 
-// Variances of a corrected reading by axis from the calibration's covariance, true unit squared:
-// the mean over a sphere of truths at the reference temperature.
+// Variances of a corrected reading by axis, from the calibration's covariance, true unit squared.
+// Each is a mean over a sphere of truths at the reference temperature.
 Eigen::Vector3d ReadingVariances(Triad triad, const Calibration& calibration);
 
 }  // namespace truetriad

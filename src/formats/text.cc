@@ -37,7 +37,7 @@ std::vector<float> ReadConstant(const std::string& text, const std::string& decl
     float value = 0.0F;
     const auto result = std::from_chars(text.data() + at, text.data() + end, value);
     numbers.push_back(value);
-    at = static_cast<std::size_t>(result.ptr - text.data()) + 1;  // After the f.
+    at = static_cast<std::size_t>(result.ptr - text.data()) + 1;  // After the suffix f.
   }
   return numbers;
 }

@@ -28,11 +28,11 @@ inline std::string FloatLiteral(float value) {
   return text + "f";
 }
 
-// The numbers of the C constant that `text` declares with the words `declaration`, up to its
-// semicolon; empty if there is none.
+// Reads the numbers of a C constant: `declaration` is the beginning of its declaration in `text`,
+// and `;` its end. Empty if `text` has no such declaration.
 std::vector<float> ReadConstant(const std::string& text, const std::string& declaration);
 
-/// A line of a hand-written file: its words, separated by blanks, tabs or commas, up to a `#`.
+/// A line of a hand-written file. Blanks, tabs and commas separate its words; a `#` ends them.
 struct WordLine {
   FilePlace place;
   std::string text;  ///< The whole line.
@@ -40,7 +40,7 @@ struct WordLine {
 };
 std::vector<WordLine> WordLines(const ExportedFile& file);
 
-/// The number that makes up the whole `word`; unset if it is none.
+/// Parses `word` as a number; unset unless the whole word is one number.
 template <typename Number>
 std::optional<Number> ParseNumber(std::string_view word) {
   Number value{};
@@ -51,9 +51,10 @@ std::optional<Number> ParseNumber(std::string_view word) {
 
 std::string CommentText(std::string_view prefix, const std::vector<std::string>& lines);
 
-/// The words about the unit in every exported file; the program's version is between the constants.
+/// Words about the unit that every exported calibration contains; IsExport searches for them. The
+/// program's version stands between the two constants below.
 std::string UnitPhrase(const std::string& serial);
-/// The serial number, or words for a missing one.
+/// The serial number, or words that say that there is none.
 std::string UnitName(const std::string& serial);
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";
@@ -61,7 +62,7 @@ inline constexpr std::string_view kWasCalibrated = "; calibrated ";
 // The first words of the comment in a file exported for a unit that may not be delivered.
 inline constexpr std::string_view kMustNotLeave = "THIS UNIT MUST NOT LEAVE";
 
-// The line of an exported file that states the units of a sensor's numbers.
+// The line in the comment of a file that states the units of a sensor's numbers.
 std::string UnitComment(Triad triad, std::string_view reading_unit, std::string_view result_unit);
 
 // The unit of the readings in a UnitComment within `text`; empty if there is none.
@@ -89,23 +90,23 @@ inline std::string RowsText(const Eigen::VectorXd& matrix) {
          ListText(numbers.last(3)) + "]";
 }
 
-// The quantities of the fields of a map; a matrix is a list of rows or one list, and fields of the
-// same name share a list. Errors are kept in the reader.
+// Reads the quantities of `fields` from a map. A matrix is a list of rows if `in_rows`, otherwise
+// one list. Adjacent fields of the same name share a list. The reader keeps the errors.
 Stated ReadFields(YamlReader map, std::span<const Field> fields, bool in_rows = false);
 
 // Continuous-time noise of a triad in true units, as visual-inertial programs need it.
 struct NoiseDensities {
   Eigen::Vector3d white = Eigen::Vector3d::Zero();  // unit / sqrt(Hz)
-  // unit / s / sqrt(Hz); unset if a rest was too short to estimate it for every axis.
+  // unit / s / sqrt(Hz); unset unless it was estimated for all three axes.
   std::optional<Eigen::Vector3d> random_walk;
   double rate_hz = 0.0;
 };
 
-// One number for three axes: their RMS.
+// The RMS of the three axes, as one number.
 double RmsOfAxes(const Eigen::Vector3d& density);
 
-// The noise from --allan; unset if no file is given, or if it lacks the triad or the white noise of
-// some axis. Error (bad input): the file is in counts of unknown size.
+// The noise from --allan; unset if no file is given, or if the file lacks the triad or the white
+// noise of some axis. Error (bad input): the file is in counts of unknown size.
 Result<std::optional<NoiseDensities>> NoiseOf(const ExportOptions& options, Triad triad);
 
 }  // namespace truetriad

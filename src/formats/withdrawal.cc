@@ -38,7 +38,7 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file)
     return Error(
-        ErrorCode::kUnreadableFile, {path.string()}, "cannot be read, so may be an export");
+        ErrorCode::kUnreadableFile, {path.string()}, "cannot be read, so it may be an export");
   const std::streamoff size = file.tellg();
   for (const std::streamoff at : {std::streamoff{0}, std::max(size - kLooked, kLooked)}) {
     if (at >= size || !file.seekg(at)) break;
@@ -46,12 +46,12 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      // A serial number that a file may hold in escaped form is not searched for.
+      // If a file may hold the serial number in escaped form, any export counts.
       if (!serial || serial->find_first_of("\"\\*") != std::string::npos ||
           PrintableLine(*serial) != *serial)
         return true;
-      for (const std::string& its : {*serial, std::string()}) {  // Also exports without a serial.
-        for (const std::string_view next : {" (", ", for "}) {   // Before a model or a format.
+      for (const std::string& its : {*serial, std::string()}) {  // Or no serial.
+        for (const std::string_view next : {" (", ", for "}) {   // A model or a format follows.
           if (part.find(UnitPhrase(its).append(next)) != std::string::npos) return true;
         }
       }
@@ -75,7 +75,7 @@ Result<std::vector<std::string>> WithdrawExports(
         folders.push_back(entry->path());
       }
       const bool is_file = entry->is_regular_file(vanished);
-      // An input of this command is not an export.
+      // Inputs of this command are left alone.
       if (!is_file || written.contains(path) || InputGuard::Holds(path)) continue;
       TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(path));
       if (!is_export) continue;

@@ -13,9 +13,9 @@
 //
 // 4 J > I^2 excludes ellipsoids much longer than wide, and both algebraic costs depend on the
 // frame. So the data are first scaled axis by axis (gains of a triad may differ by a factor of 25,
-// cross-axis terms are small), then mapped to where the last ellipsoid found is the unit sphere and
-// fitted again, until the sphere no longer changes: there the constraint is inactive and the costs
-// are nearly geometric.
+// cross-axis terms are small). Then they are mapped to the frame in which the last ellipsoid is the
+// unit sphere, and fitted again, until the sphere no longer changes: there the constraint is
+// inactive, and the costs are nearly geometric.
 #include "init/ellipsoid_fit.h"
 
 #include <algorithm>
@@ -109,8 +109,9 @@ Quadric QuadricOf(const VectorXd& coefficients, double level) {
 }
 
 std::optional<Quadric> ConstrainedFit(const MatrixXd& design) {
-  // R of the QR factors with the unconstrained columns (2x 2y 2z 1) first: its last six columns and
-  // rows are the square root of the Schur complement, without squaring the condition.
+  // R of the QR factors, with the unconstrained columns (2x 2y 2z 1) first: the last six columns
+  // and rows of R are the square root of the Schur complement, without squaring the condition
+  // number.
   constexpr int kFree = 4;
   // A symmetric 3x3 matrix has six entries.
   constexpr int kQuadratic = 6;
@@ -146,8 +147,8 @@ std::optional<Quadric> Fit(const Eigen::Matrix3Xd& points, Method method) {
   return QuadricOf(LeastSquares(design).SolveVector(ones), 1.0);
 }
 
-// The frame in which the quadric is the unit sphere; nullopt when it is not an ellipsoid. The
-// factor is triangular so that an axis-aligned ellipsoid keeps its axes.
+// The frame in which the quadric is the unit sphere; nullopt if the quadric is not an ellipsoid.
+// The whitening is triangular, so that an axis-aligned ellipsoid keeps its axes.
 std::optional<Frame> SphereFrame(const Quadric& quadric) {
   const Vector3d centre = -Solve3(quadric.quadratic, quadric.linear);
   const double level = quadric.level - quadric.linear.dot(centre);
@@ -177,9 +178,9 @@ double Conditioning(const Eigen::Matrix3Xd& points, Method method) {
   return singular(singular.size() - 1) / singular(0);
 }
 
-// Mean square distance to the ellipsoid in the frame `start`, to first order: F / |grad F| of
-// F = |z|^2 - 1. Sampson 1982. Measured in one frame for all candidates, because in its own frame
-// a diverged ellipsoid has a small residual.
+// Mean square distance from the ellipsoid of `frame`, measured in the frame `start`, to first
+// order: F / |grad F| of F = |z|^2 - 1. Sampson 1982. All candidates are measured in one frame,
+// because a diverged ellipsoid has a small residual in its own frame.
 double GeometricResidual(const std::vector<Vector3d>& points,
                          const Frame& frame,
                          const Frame& start) {
@@ -223,7 +224,7 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
           "too little of the sphere",
       more_attitudes + " (six faces alone are enough for a diagonal model or with `attitudes: { "
                        "six_face: {} }`)"));
-  // A spread of the size of rounding: the axis always reads one value.
+  // If a spread is of the size of rounding, that axis always reads one value.
   if ((spread.array() <= 1e-12 * mean.array().abs()).any()) return undetermined;
   start.whitening = spread.cwiseInverse().asDiagonal();
   if (Conditioning(start.Map(points), methods.front()) < kMinConditioning) return undetermined;
@@ -252,8 +253,8 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   ellipsoid.conditioning = Conditioning(sphere, methods.front());
   ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
   // If the conditioning is below the residual, scatter determines the ellipsoid: the readings are
-  // near a plane, or on a small cap. The axis-aligned fit is exempt, as a tilted ellipsoid leaves a
-  // residual in it that is not scatter.
+  // near a plane, or on a small cap. The axis-aligned fit is exempt: a tilted ellipsoid leaves a
+  // residual in this fit that is not scatter.
   const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
   if (ellipsoid.conditioning > std::max(kMinConditioning, least)) return ellipsoid;
   if (ellipsoid.relative_rms < kMuchScatter) return undetermined;

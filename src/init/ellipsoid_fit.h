@@ -30,10 +30,10 @@ struct Ellipsoid {
 Result<Ellipsoid> FitAxisAlignedEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
 /// Nine-parameter fit with the ellipsoid constraint 4 J > I^2 enforced (Li and Griffiths 2004), on
-/// centred and scaled data, repeated in the frame where the ellipsoid found is a sphere. A fit
-/// without the constraint is made too, and the one with the smaller geometric residual is returned.
-/// Needs 9 points. Errors as above; not enough also when `conditioning` is below `relative_rms`:
-/// then scatter and not the shape of the cloud makes the ellipsoid.
+/// centred and scaled data, repeated in the frame where the ellipsoid found is a sphere. A second
+/// fit is made without the constraint, and the fit with the smaller geometric residual is returned.
+/// Needs 9 points. Errors as above; also an error (not enough) if `conditioning` is below
+/// `relative_rms`: then scatter, not the shape of the cloud, makes the ellipsoid.
 Result<Ellipsoid> FitEllipsoid(const std::vector<Eigen::Vector3d>& points);
 
 /// Symmetric sensitivity S with |S^-1 (y - centre)| = radius for every y on the ellipsoid: S S^T =

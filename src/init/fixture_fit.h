@@ -18,7 +18,7 @@ struct KnownFieldFit {
   Eigen::MatrixXd residual;  ///< One row per reading.
   bool is_determined = false;
 };
-/// `thin`: pivots below this share of the largest count as zero; the default is that of rounding.
+/// `thin`: pivots below this share of the largest count as zero; the default is rounding.
 KnownFieldFit FitKnownField(const std::vector<Eigen::Vector3d>& readings,
                             const std::vector<Eigen::Vector3d>& fields,
                             double thin = 4.0 * std::numeric_limits<double>::epsilon());
@@ -29,7 +29,7 @@ struct FixtureFit {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Of the field in the fixture, unit.
 };
 
-/// Least squares for y = S R_k^T (strength * u) + b with a full S and an unknown unit vector u: for
+/// Least squares for y = S R_k^T (strength * u) + b with a full S and an unknown unit vector u. For
 /// a given u the problem is linear in S and b, so that only the two angles of u are searched, on a
 /// grid and then by Gauss-Newton (variable projection, Golub and Pereyra 1973). (S, u) and (-S, -u)
 /// are the same solution: det S > 0 is returned. Exact for exact readings. Error (not enough):

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The rotation of a second triad against the leading one, from the constant angle of two fields:
+// The rotation of a second triad relative to the leading one, from two fields at a constant angle:
 //
 //   u_k^T R m_k = c            for all k; with r = vec R (by columns), h_k = vec(u_k m_k^T):
 //   h_k^T r = c                homogeneous in (r, c)
@@ -163,7 +163,7 @@ PairMoments MomentsOf(const std::vector<Vector3d>& up_in_body,
 }
 
 // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
-// determinant. It serves with a known cosine as well, since the descent follows.
+// determinant. This start also serves if the cosine is known, since a descent follows.
 Matrix3d HomogeneousStart(const Matrix9d& centred, int determinant) {
   const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
   Matrix3d homogeneous = least.reshaped(3, 3);
@@ -215,7 +215,8 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     if (is_best) best_curvature = minimum->curvature;
     alignments.push_back(alignment);
   }
-  // If a rotation of the triad has no effect, rounding of moments of size one leaves 1e-16.
+  // Least curvature: if a rotation of the triad has no effect, rounding leaves a curvature of
+  // 1e-16.
   constexpr double kMinCurvature = 1e-12;
   if (!(best_curvature > kMinCurvature)) {
     return NotEnoughError(

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-/// A candidate for the rotation of a second triad against the leading one.
+/// A candidate for the rotation of a second triad relative to the leading triad.
 struct FrameAlignment {
   /// Orthogonal, det ±1: body vector = rotation * (vector in the triad's own ellipsoid frame).
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
@@ -22,11 +22,12 @@ struct FrameAlignment {
 /// Finds orthogonal R (det = `determinant`, +1 or -1) and cosine c with u_k^T R m_k = c for unit
 /// vectors u_k (up, in body) and m_k (field, in the magnetometer's own symmetric-ellipsoid frame).
 ///
-/// Homogeneous linear least squares in the nine elements and the cosine, projected to an orthogonal
-/// matrix; then Levenberg-Marquardt on SO(3) from that matrix and from the 24 signed axis maps of
-/// the wanted determinant; distinct minima are returned, best first. (R, c) and (-R, -c) explain
-/// the same data; the caller asks for each determinant. `known_cosine`: c is fixed to that value.
-/// Error (not enough): fewer than 4 pairs or directions that do not determine R.
+/// Method: homogeneous linear least squares in the nine elements and the cosine, projected to an
+/// orthogonal matrix; then Levenberg-Marquardt on SO(3) from that matrix and from the 24 signed
+/// axis maps of the wanted determinant. Returns the distinct minima, best first. (R, c) and (-R,
+/// -c) explain the same data; the caller asks for each determinant. If `known_cosine` is set, c is
+/// fixed at that value. Error (not enough): fewer than 4 pairs or directions that do not determine
+/// R.
 Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Eigen::Vector3d>& up_in_body,
                                                 const std::vector<Eigen::Vector3d>& field_in_triad,
                                                 int determinant,

@@ -25,7 +25,7 @@ using Matrix312 = Eigen::Matrix<double, 3, 12>;
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-// A bound only: each step squares the error of the one before, and 8 squarings end at rounding.
+// A bound only: each step squares the error of the step before; 8 squarings end at rounding.
 constexpr int kRefinements = 8;
 // Last Gauss-Newton step, as a share of the sensitivity: a further step would be its square, 1e-10.
 constexpr double kSmallStep = 1e-5;
@@ -33,14 +33,14 @@ constexpr double kSmallStep = 1e-5;
 constexpr double kWildMiss = 10.0;
 // Chosen: readings within 50 ms are averaged into one, which is enough for a start.
 constexpr double kLongestStepS = 0.05;
-// Share of a direction's length below which an error is rounding; keeps exact data from being cut.
+// An error below this share of a direction's length is rounding; no turn of exact data is left out.
 constexpr double kExact = 1e-9;
-// Chosen: with a smallest singular value below this share of the largest the turns are about too
-// few axes.
+// Chosen: if the smallest singular value is below this share of the largest, the turns are about
+// too few axes.
 constexpr double kThinTurns = 1e-4;
 
-// Chosen: with readings that vary along some direction by less than this share of their largest
-// variation the motion is about too few axes.
+// Chosen: if readings vary along some direction by less than this share of their largest variation,
+// the motion is about too few axes.
 constexpr double kThinRates = 1e-3;
 
 // A vector fixed in the world turns in the body as du/dt = u x omega. With omega = C y the change

@@ -27,7 +27,7 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
                                             const Eigen::Vector3d& bias_raw);
 
 /// Sensitivity and bias of a gyroscope of a unit that never rests: C and C b enter du/dt linearly.
-/// The directions may be noisy throughout, so nothing is refined. A given sensitivity or bias is
+/// No direction is measured at rest, so that nothing is refined. A given sensitivity or bias is
 /// held. Error (not enough): the motion does not determine them.
 Result<TriadModel<double>> FindGyroModel(const std::vector<DirectionMove>& moves,
                                          const std::optional<Eigen::Matrix3d>& sensitivity,

@@ -21,8 +21,8 @@ Result<TriadModel<double>> SixFaceExtremes(const std::vector<Eigen::Vector3d>& r
 inline constexpr std::array<const char*, 6> kFaceNames = {"+x", "-x", "+y", "-y", "+z", "-z"};
 
 /// Assigns each reading to the face whose signed axis is nearest after an axis-aligned ellipsoid
-/// start. Error (bad input): a reading is not nearer to one axis than to the next by 20 degrees
-/// (named by its number, from 1). Error (not enough): a face is missing, or no ellipsoid is
+/// start. Error (bad input): a reading, named by its number from 1, is nearer to one axis than to
+/// another by less than 20 degrees. Error (not enough): a face is missing, or no ellipsoid is
 /// determined.
 Result<std::vector<int>> AssignFaces(const std::vector<Eigen::Vector3d>& readings);
 

@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::string_view kUnknown =
     "the corrections already applied to these readings are unknown, so a calibration could be "
-    "wrong by as much as they correct; find out and state them (docs/recordings.md), or state "
+    "wrong by the size of these corrections; find out and state them (docs/recordings.md), or "
+    "state "
     "`none` if the readings are raw";
 
 void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
@@ -36,7 +37,7 @@ void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
 }  // namespace
 
 Eigen::Vector3d AppliedCorrection::Thermal::At(double temperature_degc) const {
-  // Outside of its temperature range the firmware keeps the correction constant.
+  // Outside of the temperature range the firmware keeps the correction constant.
   const double tau = std::min(std::max(temperature_degc, low_degc), high_degc) - reference_degc;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (auto coefficient = coefficients.rbegin(); coefficient != coefficients.rend();
@@ -67,8 +68,8 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
     visit.Map("thermal", [&](FieldReader& in) { ThermalFields(in, applied.thermal.emplace()); });
   });
   const Eigen::Matrix3d correction = matrix * scale.asDiagonal();
-  // Up to small errors a correction is a rotation times a common gain: its determinant is near
-  // gain³. A far smaller determinant is a typing error, and the inverse would amplify the noise.
+  // A correction is nearly a rotation times a common gain, so its determinant is near gain³. A far
+  // smaller determinant is a typing error, and the inverse of the matrix would amplify the noise.
   constexpr double kSmallestDeterminant = 1e-3;
   const double size = correction.norm() / std::sqrt(3.0);
   if (!(std::abs(correction.determinant()) > kSmallestDeterminant * size * size * size)) {

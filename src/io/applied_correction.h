@@ -38,7 +38,7 @@ struct AppliedCorrection {
 };
 
 /// Reads one triad's entry of `applied:`: `none` (nullopt) or a map of offset, scale, matrix and
-/// thermal. Errors are recorded in `yaml`; the word `unknown` is one.
+/// thermal. Errors are recorded in `yaml`; the word `unknown` is an error.
 std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml);
 
 }  // namespace truetriad

@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::int64_t kLongestInterval = 86'400'000'000'000;  // A day: longer is a wrong unit.
+constexpr std::int64_t kLongestInterval = 86'400'000'000'000;  // A day; beyond, the unit is wrong.
 
 }  // namespace
 
@@ -78,7 +78,7 @@ std::int64_t BurstWindows::StampedRow(const Window& window) const {
 }
 
 Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end) {
-  // The shortest of three intervals: a lost window lengthens one, nothing shortens one.
+  // Takes the shortest of three intervals: a lost window lengthens its interval, none is too short.
   constexpr int kIntervals = 3;
   std::int64_t shortest_ns = 0;
   Window earlier = first;
@@ -89,8 +89,8 @@ Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end
       return Fail(ErrorCode::kNotEnoughData,
                   first.begin,
                   "begins the only window of " + std::to_string(size_) +
-                      " rows (`window_samples`); at least two windows are needed for the interval "
-                      "between samples");
+                      " rows (`window_samples`); at least two windows are needed to measure the "
+                      "interval between samples");
     }
     if (!later || (i > 0 && later->is_cut)) break;
     interval_ns_ = 0;
@@ -123,19 +123,19 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
     if (number == window.number) TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated, &window));
   }
   if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
-  // The time may be on the last row, which a cut file lacks: the window follows evenly.
+  // If the file is cut, the row with the time may be missing; the usual interval is assumed.
   if (window.is_cut && last_ && window.number == last_->number + 1) {
     window.time_ns = last_->time_ns + interval_ns_;
     window.has_one_time = false;
     return std::optional(window);
   }
   if (window.is_cut && !last_ && begin > 0)
-    return std::optional<Window>();  // The window before is the only one.
+    return std::optional<Window>();  // Only one window is complete.
   return Fail(ErrorCode::kInvalidValue,
               begin,
               "begins a window of " + std::to_string(size_) +
-                  " rows (`window_samples`) without a time; each window should have one: rows are "
-                  "missing, or window_samples is wrong");
+                  " rows (`window_samples`) without a time; each window should state a time: rows "
+                  "are missing, or window_samples is wrong");
 }
 
 Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
@@ -143,7 +143,7 @@ Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
   if (time_ns == CsvReader::kMissingTime) return {};
   window->has_one_time = window->time_ns == CsvReader::kMissingTime && stated.is_alone;
   if (time_ns == window->time_ns) return {};
-  // Samples lie up to one interval before the first time and after the last one.
+  // Samples may lie up to one interval before the first time or after the last time.
   constexpr std::int64_t kFarthest = CsvReader::kFarthestTime - kLongestInterval;
   if (time_ns < -kFarthest || time_ns > kFarthest) {
     return Error(ErrorCode::kValueOutOfRange,
@@ -154,7 +154,8 @@ Status BurstWindows::TakeTime(const Stated& stated, Window* window) const {
     return Error(
         ErrorCode::kInvalidValue,
         {file_, stated.line},
-        "has another time than other rows of its window of " + std::to_string(size_) +
+        "states a time that differs from that of other rows of its window of " +
+            std::to_string(size_) +
             " rows (`window_samples`); the first window begins with the first row of the file");
   }
   window->time_ns = time_ns;
@@ -172,16 +173,16 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
       {file_, window.timed_line},
       "states the time of its window on row " + std::to_string(row + 1) + " of " +
           std::to_string(size_) + " (`window_samples`), but line " +
-          std::to_string(timed_->timed_line) + " on row " + std::to_string(before + 1) +
-          "; rows between these lines are missing or too many, or window_samples is wrong");
+          std::to_string(timed_->timed_line) + " states it on row " + std::to_string(before + 1) +
+          "; there are too few or too many rows between these lines, or window_samples is wrong");
 }
 
 Status BurstWindows::MeasureInterval(const Window& earlier,
                                      const Window& later,
                                      std::int64_t rows) {
-  // An interval longer than the one before by this factor is a gap: one lost window doubles it.
+  // An interval of over this many usual ones is a gap; a lost window doubles its interval.
   constexpr double kGap = 1.5;
-  constexpr int kMostGapsAlike = 2;  // A third gap of about this length is the interval.
+  constexpr int kMostGapsAlike = 2;  // A third gap of about the same length is the interval.
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,

@@ -38,8 +38,8 @@ void CovarianceFields(V& visit, const NamedCovariance& covariance) {
   visit("matrix", rows, Style::kBlocks);
 }
 
-// A file without `findings:`, of an early version 1, has messages only: each becomes a finding of
-// code `message`; in an unusable calibration any of them may be the refusal.
+// Early files of version 1 have messages but no `findings:`. Each message becomes a finding of code
+// `message`; in an unusable calibration it becomes a refusal, since any of them may be the reason.
 Findings FindingsOf(const std::vector<std::string>& messages, Outcome outcome) {
   const Severity severity = outcome == Outcome::kConverged ? Severity::kNote : Severity::kRefusal;
   Findings findings;
@@ -106,7 +106,7 @@ void CalibrationFields(V& visit, Like<Calibration> auto& calibration) {
       "status", Style::kUsual, [&calibration](V& status) { StatusFields(status, calibration); });
   visit.Check("verdict", [&]() -> std::string {
     if (!has_verdict || verdict == calibration.verdict()) return "";
-    return "contradicts `status:` and `decisions:`, by which it is " +
+    return "contradicts `status:` and `decisions:`, which give the verdict " +
            std::string(VerdictName(calibration.verdict())) + "; remove this line";
   });
   visit("reference", calibration.reference);
@@ -160,7 +160,7 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   reader.RejectUnknown();
 }
 
-/// In older files only the experiment states the mode.
+/// The mode that follows from the experiment; older files state it nowhere else.
 Mode ModeOfConfig(YamlReader config) {
   if (!config.IsMap()) return Mode::kPoses;
   YamlReader poses = config.Child("poses");
@@ -257,7 +257,7 @@ Result<Calibration> ReadCalibration(const std::string& path) {
 }
 
 Result<std::string> ReadSerial(const std::string& path) {
-  // This file may be one that will be replaced, so it must not become a guarded input.
+  // The file may be an output that this run replaces, so it must not become a guarded input.
   Result<std::string> text = LookAtSmallFile(path);
   TRUETRIAD_RETURN_IF_ERROR(text);
   text->resize(std::min(text->find("\ninputs:"), text->size()));

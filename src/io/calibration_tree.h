@@ -14,8 +14,8 @@ Json CalibrationTree(const Calibration& calibration);
 /// `tree` with its whole numbers as integers, and null in place of numbers that are not finite.
 Json AsInYaml(Json tree);
 
-/// A YAML text as JSON; numbers that are not finite become null. A text that is not YAML by itself,
-/// or repeats aliases beyond its own length, stays a text.
+/// A YAML text as JSON; numbers that are not finite become null. Returns the text itself if it is
+/// not YAML, or if aliases repeat so much that it has more values than characters.
 Json TreeOfYaml(const std::string& text);
 
 }  // namespace truetriad

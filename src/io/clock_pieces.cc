@@ -9,18 +9,19 @@
 namespace truetriad {
 namespace {
 
-// Chosen: fewest rows of a piece, and fewest spacings by which time goes back at its end. Rows out
-// of order go back by less, or go back again sooner; the reader refuses them.
+// Chosen: a piece has at least this many rows, and at its end time goes back by more than this many
+// intervals. Rows that are out of order go back by less, or again after fewer rows; the reader
+// refuses them.
 constexpr std::int64_t kFewestRows = 20;
 
 }  // namespace
 
-// All times here are as stated in the file.
+// Times here are as stated in the file, without shifts.
 bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
   const std::int64_t back_ns = *last_ns_ - stated_ns;
   if (rows_ < kFewestRows || back_ns <= 0 || (back_ns - 1) / kFewestRows < spacing_ns_)
     return false;
-  // Pieces that together exceed the range of times are also left for the reader to refuse.
+  // If the shifted times would exceed the range of times, the reader refuses the file, too.
   return back_ns <= CsvReader::kFarthestTime - shift_ns_ - spacing_ns_;
 }
 

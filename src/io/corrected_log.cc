@@ -15,7 +15,8 @@ namespace {
 /// Corrects the readings of the triads that the calibration covers, and counts what it does.
 class Correction : public ReadingChange {
  public:
-  /// Error: the calibration is unusable or covers no triad of the recording, or cannot correct one.
+  /// Error: the calibration is unusable, covers no triad of the recording, or cannot correct a
+  /// triad.
   static Result<Correction> Create(const RecordingInfo& info, const Calibration& calibration) {
     if (!calibration.IsUsable()) {
       return Error(ErrorCode::kCalibrationNotUsable,
@@ -88,7 +89,7 @@ class Correction : public ReadingChange {
   Eigen::Vector3d force_mps2_ =
       Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());  ///< Of the last sample.
   bool is_clamped_ = false, is_empty_ = false;                              ///< Of this row.
-  CorrectedLogSummary summary_;  ///< Its mean_length holds sums of lengths until Summary.
+  CorrectedLogSummary summary_;  ///< Its mean_length holds sums of lengths until Summary().
   PerTriad<std::int64_t> written_{};
 };
 
@@ -105,7 +106,7 @@ Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
   format.time_decimals = RecordingFormat::kShortest;
   RowWriter rows(path, format, info.has_time);
   TRUETRIAD_RETURN_IF_ERROR(rows.status());
-  // The accelerometer is first, so that its force is known for the gyroscope of the row.
+  // The accelerometer comes first: the gyroscope's correction may need the force of the same row.
   for (const Triad triad : kTriads) {
     if (!correction.Covers(triad)) continue;
     StreamInfo stream = *info.Find(triad);

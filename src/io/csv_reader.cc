@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// Logs have fewer columns; a transposed table has one per time.
+/// Logs have fewer columns; a transposed table, with one column per time, has more.
 constexpr std::size_t kMostColumns = 4000;
 
 constexpr char kBlankRuns = ' ';
@@ -23,7 +23,7 @@ bool IsBlank(char c, char separator) { return c == ' ' || (c == '\t' && separato
 
 bool IsLineEnd(const char* p) { return *p == '\n' || (*p == '\r' && p[1] == '\n'); }
 
-/// The '\n' of the line at `p`; there is one before `end`.
+/// The '\n' that ends the line at `p`; it must exist before `end`.
 const char* LineEnd(const char* p, const char* end) {
   return static_cast<const char*>(std::memchr(p, '\n', static_cast<std::size_t>(end - p)));
 }
@@ -35,8 +35,8 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
-/// The end of the field at `p`, which begins with a quotation mark: after the next mark that is not
-/// doubled (RFC 4180), or `p` itself if the line has no such mark.
+/// The end of the field that begins with a quotation mark at `p`: the place after the closing mark;
+/// a doubled mark does not close (RFC 4180). If the line has no closing mark, `p` itself.
 const char* QuotedEnd(const char* p) {
   for (const char* end = p + 1; *end != '\n'; ++end) {
     if (*end != '"') continue;
@@ -46,7 +46,7 @@ const char* QuotedEnd(const char* p) {
   return p;
 }
 
-/// The line at `begin`, without its '\n'; there is one before `end`.
+/// The line at `begin`, without its '\n', which must exist before `end`.
 std::string_view LineAt(const char* begin, const char* end) {
   return {begin, static_cast<std::size_t>(LineEnd(begin, end) - begin)};
 }
@@ -57,7 +57,8 @@ std::string_view Unquoted(std::string_view field) {
   return is_quoted ? Trimmed(field.substr(1, field.size() - 2)) : field;
 }
 
-/// The end of the first field of a line: at a separator outside of quotation marks.
+/// The end of the first field of a line: the first separator outside of quotation marks, or npos.
+/// If a quotation mark is not closed, the first separator.
 std::size_t FieldEnd(std::string_view line, char separator) {
   bool is_quoted = false;
   const std::size_t begin = line.find_first_not_of(" \t");
@@ -109,8 +110,8 @@ char FindSeparator(std::string_view line) {
     if (content.find(separator) != std::string_view::npos) return separator;
   }
   if (content.find('\t') == std::string_view::npos) return kBlankRuns;
-  // Tabs may be part of runs of blanks: splitting at all blanks then gives more fields, all
-  // numbers.
+  // If splitting at all blanks gives more fields than splitting at tabs, and all are numbers, runs
+  // of blanks are the separator.
   const std::vector<std::string_view> words = SplitFields(content, kBlankRuns);
   return words.size() > SplitFields(content, '\t').size() &&
                  std::all_of(words.begin(), words.end(), IsNumber)
@@ -118,7 +119,7 @@ char FindSeparator(std::string_view line) {
              : '\t';
 }
 
-/// The separator stated by a line `sep=;`, which spreadsheets write first; 0 for other lines.
+/// The separator in a line such as `sep=;`, which spreadsheets write first; 0 for other lines.
 char SeparatorStated(std::string_view line) {
   line = Unquoted(Trimmed(line));
   if (EqualsIgnoringCase(line, "sep=")) return '\t';  // Trimmed removed the tab.
@@ -126,7 +127,7 @@ char SeparatorStated(std::string_view line) {
   return line.back() == ';' || line.back() == ',' || line.back() == '\t' ? line.back() : '\0';
 }
 
-/// A line that names columns has no number; a line of data has at least one.
+/// Whether a line names columns: no field is a number. A line of data has at least one number.
 bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
   return std::none_of(fields.begin(), fields.end(), IsNumber) &&
          std::any_of(fields.begin(), fields.end(), [](std::string_view f) { return !f.empty(); });
@@ -134,15 +135,15 @@ bool LooksLikeHeader(const std::vector<std::string_view>& fields) {
 
 struct TableLine {
   std::string_view text;
-  std::int64_t number = 0;  ///< From 1; 0: none.
+  std::int64_t number = 0;  ///< Line number in the file, from 1; 0: no line.
 };
 
 std::vector<std::string_view> FieldsOf(const TableLine& line) {
   return SplitFields(line.text, FindSeparator(line.text));
 }
 
-/// The last comment with as many names as `data` has columns, since some programs write their
-/// header as a comment; null if there is none.
+/// Finds a header that was written as a comment, as some programs do: the last comment with as many
+/// names as `data` has columns; null if there is none.
 const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const TableLine& data) {
   const std::size_t columns = FieldsOf(data).size();
   const auto found =
@@ -153,10 +154,10 @@ const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const T
   return found == comments.rend() ? nullptr : &*found;
 }
 
-/// Whether the fields are the column numbers 0, 1, 2, … in place of names, after an empty name if
-/// there is a column of row numbers.
+/// Whether the fields are the column numbers 0, 1, 2, … in place of names. A column of row numbers
+/// before them has an empty name.
 bool CountsColumns(std::vector<std::string_view> fields) {
-  constexpr std::size_t kFewestColumns = 4;  // Fewer may be a row that reads 0, 1, 2.
+  constexpr std::size_t kFewestColumns = 4;  // A shorter row 0, 1, 2 may be one of readings.
   if (!fields.empty() && fields.front().empty()) fields.erase(fields.begin());
   if (fields.size() < kFewestColumns) return false;
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -165,10 +166,11 @@ bool CountsColumns(std::vector<std::string_view> fields) {
   return true;
 }
 
-/// Whether the first fields of the rows number them: in steps of one, except where rows were
-/// removed. Times in whole numbers have other steps or begin far from zero.
+/// Whether the first field of each row is a row number: whole numbers that increase, at least half
+/// of the steps by one (rows may have been removed). Times in whole numbers have other steps or are
+/// larger.
 bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) {
-  constexpr std::int64_t kMostRows = 100'000'000;  // 28 h at 1 kHz; larger ones are times.
+  constexpr std::int64_t kMostRows = 100'000'000;  // 28 h at 1 kHz; larger numbers are times.
   std::int64_t before = 0;
   std::size_t steps = 0, ones = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -186,12 +188,12 @@ bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) 
 }
 
 /// Whether the rows of a table begin with row numbers that the header `names` does not name, as
-/// pandas and R write them. If the header lacks its last name instead, its first name is of a
+/// pandas and R write them. If the header lacks its last name instead, the first column is a
 /// reading or a time, which does not count rows from 0 or 1.
 bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& rows,
                          char separator) {
-  constexpr std::size_t kFewest = 2;  // One row shows no count.
+  constexpr std::size_t kFewest = 2;  // A single row cannot show that rows are counted.
   if (rows.size() < kFewest || names.empty() ||
       SeeminglyCalled(ParseHeaderColumn(std::string(names[0])).name).empty())
     return false;
@@ -203,7 +205,7 @@ bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
   return (first == "0" || first == "1") && NumberTheirRows(rows, separator);
 }
 
-/// At most 40 characters of `text`, with unprintable ones made visible.
+/// The first 40 bytes of `text` in backticks, with control characters in the form \x1b.
 std::string ShownField(std::string_view text) {
   constexpr std::size_t kShownOfField = 40;  // Enough to find the field in its row.
   constexpr std::string_view kHex = "0123456789abcdef";
@@ -225,7 +227,7 @@ Result<std::unique_ptr<CsvReader>> CsvReader::OpenHead(const std::string& path) 
   constexpr std::size_t kHeadBytes = 16U << 10;  // Most headers fit; for others Open reads more.
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path, kHeadBytes));
   std::unique_ptr<CsvReader> reader(new CsvReader(std::move(file), {}));
-  if (!reader->ReadHeader()) return Open(path, {});  // The comments before it are longer.
+  if (!reader->ReadHeader()) return Open(path, {});  // The comments before the header are longer.
   return reader;
 }
 
@@ -240,7 +242,7 @@ Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
 CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)),
       layout_(layout),
-      // A row has at least its line end.
+      // A row has at least one byte, its line end.
       rows_(std::min(kBlockSamples - 1, file_->MostBytes()) + 1),
       lines_(rows_.size()) {}
 
@@ -311,11 +313,11 @@ Status CsvReader::ReadHeader() {
 }
 
 void CsvReader::NameColumns(std::string_view header, const std::vector<std::string_view>& rows) {
-  // Some headers have commas between the names, and rows blanks between the numbers.
+  // Some headers have commas between names, although the rows have blanks between numbers.
   const std::size_t fields = SplitFields(rows[0], layout_.separator).size();
   std::vector<std::string_view> names = SplitFields(header, FindSeparator(header));
   if (names.size() != fields) names = SplitFields(header, layout_.separator);
-  // The header, or each row, may end in separators without a field after them.
+  // The header, or every row, may end in separators that no field follows.
   const auto is_empty = [&](std::size_t column) {
     return std::ranges::all_of(rows, [&](std::string_view row) {
       const std::vector<std::string_view> of_row = SplitFields(row, layout_.separator);
@@ -409,7 +411,7 @@ Result<std::size_t> CsvReader::ReadRows() {
       continue;
     }
     std::size_t column = 0;
-    bool is_header = false;  // The header is repeated where files were joined.
+    bool is_header = false;  // Files that were joined from several repeat the header.
     for (;;) {
       Column& target = columns_[column];
       if (target.kind == Kind::kSkip || target.kind == Kind::kText) {

@@ -21,8 +21,8 @@ struct CsvLayout {
   /// skipped.
   enum class Header { kAuto, kPresent, kAbsent };
 
-  char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: to be found.
-  std::int64_t skip_lines = 0;  ///< Lines of a preamble. Range: >= 0.
+  char separator = '\0';        ///< ',' ';' '\t', or ' ' for runs of blanks; 0: not stated.
+  std::int64_t skip_lines = 0;  ///< Number of lines of a preamble. Range: >= 0.
   Header header = Header::kAuto;
   bool ragged = false;  ///< Rows may have fewer fields (read as empty) or more (ignored).
 
@@ -38,28 +38,28 @@ class CsvReader {
   enum class Kind : std::uint8_t {
     kSkip,
     kNumber,  ///< A double; NaN if the field is empty or `nan`.
-    kTime,    ///< A decimal's value * 10^power, rounded; kMissingTime if it is empty or `nan`.
+    kTime,    ///< The number * 10^power, rounded; kMissingTime if the field is empty or `nan`.
     kText,    ///< The characters, without surrounding blanks.
   };
-  /// Outside of ±kFarthestTime, so that it is not the number of any time.
+  /// Outside of ±kFarthestTime, so that no time has this value.
   static constexpr std::int64_t kMissingTime = std::numeric_limits<std::int64_t>::min();
   /// Largest time, 2^62 - 1 ns = 146 years: the difference of two such times fits an int64, too.
   static constexpr std::int64_t kFarthestTime = (std::int64_t{1} << 62U) - 1;
 
-  /// Opens the file and reads its header. Error: as TextFile::Open, or no data rows.
+  /// Opens the file and reads its header. Error: as TextFile::Open, or there are no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
 
-  /// As Open with a default layout, but less of the file is read at a time, as suits a header.
+  /// As Open with a default layout, but reads the file in small parts; one part holds most headers.
   static Result<std::unique_ptr<CsvReader>> OpenHead(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
   const CsvLayout& layout() const { return layout_; }  ///< With the separator that was found.
-  const std::vector<std::string>& header() const { return header_; }  ///< Empty without.
+  const std::vector<std::string>& header() const { return header_; }  ///< Empty if none.
   std::int64_t header_line() const { return header_line_; }
-  /// Columns at the end that have neither a name nor a value.
+  /// Number of columns at the end that have neither a name nor a value.
   std::size_t empty_at_end() const { return empty_at_end_; }
-  /// True if rows begin with a field that the header does not name and that counts the rows; the
-  /// header then begins with an empty name.
+  /// True if each row begins with a row number that the header does not name. header() then begins
+  /// with an empty name.
   bool has_unnamed_count() const { return has_unnamed_count_; }
   /// True if the first column has no name and its first numbers may be row numbers, as in a table
   /// of pandas.
@@ -67,23 +67,24 @@ class CsvReader {
   std::size_t column_count() const { return columns_.size(); }
   /// "column `ax`" or, without a header, "column 3 (counted from 0)".
   std::string ColumnName(std::size_t column) const;
-  /// The columns of that name in the header, or else the one at that 0-based index.
+  /// The columns that the header calls `name`; if there are none, the column of index `name`, from
+  /// 0.
   std::vector<std::size_t> ColumnsCalled(const std::string& name) const;
 
   /// Selects a column. Error: it is already mapped as something else.
   Status Map(std::size_t column, Kind kind, int power = 0);
 
-  /// Reads the next rows, at most kBlockSamples; 0 at the end. Error: a field that is not a number,
-  /// infinities, ragged rows, each with file:line and column.
+  /// Reads the next rows and returns their number: at most kBlockSamples, 0 at the end. Error, with
+  /// file:line: a field is not a finite number, or a row has the wrong number of fields.
   Result<std::size_t> Read();
 
-  /// The block that Read filled; valid until its next call.
+  /// Values of the block that Read filled; valid until the next Read.
   const double* Numbers(std::size_t column) const { return columns_[column].numbers.data(); }
   const std::int64_t* Times(std::size_t column) const { return columns_[column].times.data(); }
   const std::string_view* Texts(std::size_t column) const { return columns_[column].texts.data(); }
   /// True when a number or time of the block is missing.
   bool AnyMissing(std::size_t column) const { return columns_[column].any_missing; }
-  const std::int64_t* Rows() const { return rows_.data(); }  ///< 0-based data rows of the file.
+  const std::int64_t* Rows() const { return rows_.data(); }  ///< Numbers of the rows, from 0.
   std::int64_t Line(std::size_t row_in_block) const { return lines_[row_in_block]; }
   std::int64_t rows_read() const { return rows_read_; }
 
@@ -115,7 +116,7 @@ class CsvReader {
   Error CutOffError() const;
   /// True for a repeated header line.
   bool IsHeader(const char* line_begin) const;
-  /// True for a last line without '\n'; if it is malformed, too, it was only half written.
+  /// True for a last line without '\n'. If such a line is malformed, it was only half written.
   bool IsCutOff(std::string_view line) const;
   Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
 

@@ -14,13 +14,14 @@
 
 namespace truetriad {
 
-// A value of a file that users write has one list of its fields, a function template of a visitor:
+// Each value in a file that users write has one list of its fields: a function template that takes
+// a visitor.
 //   visit("scale", robust.scale, kPositive);            a key, its value, its permitted range
 //   visit.Map("robust", [&](auto& visit) { … });        a map of further fields
 //   visit.List("exclude", ranges, [](auto& visit, auto& range) { … });
 //   visit.Expect(file_is_given, "expected `file:`");    a condition on several keys of one map
-// FieldReader reads such a list, FieldWriter (config/fields.h) writes it. A document may be read
-// after others: values for which it has no key stay as they are.
+// FieldReader reads such a list, FieldWriter (config/fields.h) writes it. Several documents may be
+// read into one value: if a document lacks a key, that field stays as it is.
 
 /// A word that may replace a map.
 struct MapWord {
@@ -91,27 +92,27 @@ class FieldReader {
     }
   }
 
-  /// Unless `holds`, records an error: of the map, or of the value of `key` if there is one. A
-  /// value that should be a map and is not has an error of its own.
+  /// Unless `holds`, records an error: at the map if `key` is empty, else at the value of `key` if
+  /// the map has one. A value that should be a map but is not already has an error.
   void Expect(bool holds, const std::string& problem, std::string_view key = "") {
     if (holds || !(key.empty() ? map_.IsMap() : Has(key))) return;
     (key.empty() ? map_ : YamlReader(map_.Child(key))).Fail(problem);
   }
-  /// Records an error if the map lacks `key`. A value that is not a map has its own error.
+  /// Records an error if the map lacks `key`. A value that is not a map already has an error.
   void Require(std::string_view key) {
     if (map_.IsMap()) map_.RequireChild(key);
   }
 
-  // What a list of fields may ask about a key. A writer answers with the second argument, which
-  // follows from the present value.
+  // Questions of a list of fields about a key. A reader answers from the file. A writer answers
+  // with the second argument, which follows from the present value.
   bool Has(std::string_view key) { return bool(Child(key)); }
   bool IsMap(std::string_view key, bool) { return Child(key).IsMap(); }
   bool IsList(std::string_view key, bool) { return Child(key).IsSequence(); }
   bool IsNumber(std::string_view key) { return Child(key).IsScalar(); }
   bool Says(std::string_view key, std::string_view word) { return IsWord(Child(key), word); }
-  /// A reader reads all fields, also those that would not be written.
+  /// A reader reads all fields, also those that a writer would leave out.
   static bool Shows(bool) { return true; }
-  /// If the map has `key`, sets `value` to `when`, the alternative that the map then describes.
+  /// If the map has `key`, sets `value` to `when`, the alternative that this key stands for.
   template <typename Value>
   bool Is(std::string_view key, Value& value, Value when) {
     if (!Has(key)) return false;

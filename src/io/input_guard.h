@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-/// While a guard exists, no output of this process replaces a file that it has read, under whatever
-/// name or link: a measured log cannot be recovered. At most one guard exists at a time; the
+/// While a guard exists, this process overwrites no file that it has read, whatever name or link
+/// leads to the file: a measured log cannot be recovered. At most one guard exists at a time; the
 /// program makes one per run. Users of the library have no guard and may overwrite their inputs.
 class InputGuard {
  public:

@@ -17,11 +17,11 @@ namespace {
 void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   Eigen::Vector3d vector;
   if (!visit("axis", vector, BodyAxis())) return;
-  // A length within rounding of 1 is kept, so that a file reads back to the same bits.
+  // An axis whose length is 1 up to rounding is kept, so that a file reads back to the same bits.
   constexpr double kExactUnitLength = 1e-14;
   const double length = vector.norm();
   visit.Expect(std::isfinite(length),
-               "is too long to compute with; only its direction counts, such as [0, 0, 1]",
+               "is so long that its length overflows; only its direction counts, such as [0, 0, 1]",
                "axis");
   *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
@@ -96,7 +96,7 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
     Eigen::Vector3d axis = Eigen::Vector3d::UnitX();
     double degps = 0.0;
     visit.Expect(visit.Has("axis") || !defaults.is_axis_known,
-                 "has no axis; add `axis:`, or where only the size of the rates is known state "
+                 "has no axis; add `axis:`, or, if only the size of the rates is known, state "
                  "`rates: { file: …, axes: unknown }` in the experiment");
     ReadAxis(visit, &axis);
     visit.Require("degps");

@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-/// Values for the turns of a file that do not state them.
+/// Values for turns in a file that do not state their own.
 struct TurnDefaults {
   double sigma_rad = 0.0;
   double axis_sigma_rad = 0.0;
@@ -21,15 +21,15 @@ struct TurnDefaults {
 ///              axis_sigma_deg?, id? }, … ]
 ///
 /// `axis` is x, -y, … or a vector in the body frame; `turns` (or `degrees`) is positive by the
-/// right-hand rule about it.
+/// right-hand rule about `axis`.
 Result<std::vector<StatedTurn>> ReadStatedTurns(const std::string& path,
                                                 const TurnDefaults& defaults);
 
-/// Values for the rates of a file that do not state them.
+/// Values for rates in a file that do not state their own.
 struct RateDefaults {
-  double sigma_radps = 0.0;     ///< Of the rate, on each axis.
-  double axis_sigma_rad = 0.0;  ///< Of its direction, about each perpendicular axis.
-  bool is_axis_known = true;    ///< Else only the size of each rate counts.
+  double sigma_radps = 0.0;     ///< σ of the rate, on each axis.
+  double axis_sigma_rad = 0.0;  ///< σ of its direction, about each perpendicular axis.
+  bool is_axis_known = true;    ///< If false, only the size of each rate counts.
 };
 
 /// Reads `rates.yaml`:

@@ -24,7 +24,7 @@ struct Manifest {
   Tags tags;
   std::vector<ManifestStream> streams;
   std::optional<PoseSelection> poses;
-  std::string pose_file;  ///< The file that `poses` names, if any.
+  std::string pose_file;  ///< The file that `poses` names; empty if none.
   std::optional<ColumnReference> pose_column;
 };
 
@@ -103,7 +103,7 @@ void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   visit("scale", scale, kAnyNumber);
   visit.Expect(scale != 0.0, "must be a number other than zero", "scale");
   visit("offset", offset, kAnyNumber);
-  visit("wrap_bits", temperature.wrap_bits, Range{8.0, 32.0, "8 to 32, the bits of the register"});
+  visit("wrap_bits", temperature.wrap_bits, Range{8.0, 32.0, "8 to 32 bits, the register's size"});
   visit("signed", temperature.is_signed, Flag());
   visit.Expect(temperature.wrap_bits > 0, "applies only with `wrap_bits`; remove it", "signed");
   TemperatureUnit& unit = temperature.unit;
@@ -120,7 +120,7 @@ bool ReadAs(DegreesUnit, YamlReader reader, TemperatureUnit* unit) {
   return known.has_value();
 }
 
-/// `{ column, unit, scale, offset, wrap_bits, signed }`. The column is resolved after opening.
+/// Reads `{ column, unit, scale, offset, wrap_bits, signed }`. The column is resolved later.
 bool TemperatureField(FieldReader& visit,
                       std::string_view key,
                       std::optional<ColumnReference>* column,
@@ -134,7 +134,7 @@ bool TemperatureField(FieldReader& visit,
   return temperature->has_value();
 }
 
-/// The corrections that the readings already have: one entry for all triads or one per triad.
+/// Reads the corrections that the readings already have: one word, or an entry per triad.
 void ReadApplied(YamlReader applied,
                  const PerTriad<bool>& left_out,
                  std::vector<ManifestStream>* streams) {
@@ -292,7 +292,7 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   return {};
 }
 
-/// Of `files` the one that holds `stream`, opened for its first stream; `stated`: their layouts.
+/// The file that holds `stream`; opened and added to `files` and `stated` (layouts) if it is new.
 Result<FileLayout*> FileOf(const ManifestStream& stream,
                            std::vector<CsvLayout>* stated,
                            std::vector<FileLayout>* files) {
@@ -387,7 +387,7 @@ Result<RecordingLayout> OpenManifest(const std::string& path, const OpenRecordin
   });
   if (leaves_out) layout.info.ignored_columns.emplace_back(kUnnamedRowNumbers);
 
-  // Not every file of a recording must number the poses, but at least one.
+  // At least one file of a recording must have the column of pose numbers.
   std::optional<ColumnReference> pose = manifest.pose_column;
   if (!options.pose_column.empty()) pose = ColumnReference{options.pose_column, std::nullopt};
   bool found = false;

@@ -20,7 +20,7 @@ struct ColumnReference {
 
 /// A triad as a manifest or a mapping describes it.
 struct ManifestStream {
-  StreamLayout layout;  ///< Columns not resolved yet.
+  StreamLayout layout;  ///< Its columns are not resolved yet.
   CsvLayout csv;
   std::optional<YamlReader> stated;
   std::optional<ColumnReference> time;

@@ -20,7 +20,7 @@ namespace {
 
 /// One way in which a file may hold a triad, described like a stream of a manifest.
 struct Candidate {
-  int input = 1;  ///< 1-based.
+  int input = 1;  ///< Number of the input, from 1.
   ManifestStream stream;
 };
 

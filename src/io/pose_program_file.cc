@@ -14,10 +14,11 @@
 namespace truetriad {
 namespace {
 
-/// Quaternions written by hand have few digits: with 0.7071 twice the length is wrong by 1e-5. A
-/// larger error is a mistake, such as angles in place of a quaternion.
+/// Quaternions written by hand have few digits: if two numbers are 0.7071, the length is wrong by
+/// 1e-5. An error above this tolerance is a mistake, such as angles in place of a quaternion.
 constexpr double kUnitLengthTolerance = 1e-3;
-/// A length within rounding of 1 is kept, so that a file reads back to the same bits.
+/// A quaternion whose length is 1 up to rounding is kept, so that a file reads back to the same
+/// bits.
 constexpr double kExactUnitLength = 1e-14;
 
 void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
@@ -30,7 +31,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
   }
   Eigen::Quaterniond attitude(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double length_error = std::abs(attitude.norm() - 1.0);
-  // In this form a length that overflows is refused, too.
+  // Negated, so that a length that is NaN is refused, too.
   if (!(length_error <= kUnitLengthTolerance)) {
     reader.Fail("is not a rotation; expected a quaternion [qw, qx, qy, qz] of length 1");
     return;
@@ -40,7 +41,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
 }
 
 void PoseFields(FieldReader& visit, ProgramPose& pose) {
-  visit.Has("number");  // For human readers; the order in the file counts.
+  visit.Has("number");  // For human readers only; poses keep the order of the file.
   visit.Require("attitude");
   ReadAttitude(visit.Child("attitude"), &pose.world_from_body);
   visit("temperature_degc", pose.temperature_degc, kTemperatureDegc);

@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-/// Far more rows than a table of averaged poses has: a larger one is a log without its time column.
+/// Tables of averaged poses have far fewer rows; a longer table is a log without its time column.
 constexpr std::size_t kMaxPoses = 100'000;
 
 constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
@@ -109,7 +109,7 @@ Result<Columns> ReadColumns(const CsvReader& csv, PoseSet* poses) {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> ignored, header.Ignored());
   if (auto finding = IgnoredColumns(ignored)) poses->findings.push_back(*std::move(finding));
-  // A turntable or a robot writes a table of attitudes alone.
+  // A table may have attitudes alone, as a turntable or a robot writes them.
   if (columns.triads.empty() && !columns.attitude) {
     return header.NoSensors();
   }
@@ -194,7 +194,7 @@ class Row {
     Eigen::Vector4d wxyz;
     for (int i = 0; i < 4; ++i) wxyz[i] = Number((*columns_.attitude)[static_cast<std::size_t>(i)]);
     if (wxyz.array().isNaN().all()) return {};
-    // Quaternions are written with four digits or more, so that lengths are within 1e-4.
+    // Quaternions are written with four digits or more, so that lengths are within 1e-4 of 1.
     constexpr double kAttitudeLengthTolerance = 1e-3;
     if (!(std::abs(wxyz.norm() - 1.0) < kAttitudeLengthTolerance)) {
       return Fail(ErrorCode::kInvalidValue,
@@ -232,8 +232,9 @@ bool StandAlike(const StaticPose& a, const StaticPose& b) {
 /// such rows are from a stuck sensor, copied or rounded, and add no information.
 class DuplicateFinder {
  public:
-  /// Whether the row repeats one of `poses` in the same attitude, so that both count once. `lines`:
-  /// the line of each of `poses`. The caller adds all other rows to both vectors.
+  /// Whether the row repeats a pose of `poses` in the same attitude, so that the two count as one.
+  /// `lines`: the line of each pose of `poses`. The caller adds rows that repeat none to both
+  /// vectors.
   bool CountsAlready(const StaticPose& pose,
                      std::int64_t line,
                      const std::vector<StaticPose>& poses,
@@ -256,11 +257,11 @@ class DuplicateFinder {
     return is_same;
   }
 
-  /// Number of rows that are not poses of their own.
+  /// Number of rows that repeat a pose and are not poses of their own.
   std::int64_t counted_once() const { return counted_once_; }
 
-  /// Adds a finding about the rows that repeat others. `rows`: all rows read. Error (bad input):
-  /// too many repeat.
+  /// Adds a finding about the rows that repeat others. `rows`: number of all rows. Error (bad
+  /// input): over a third of the rows repeat a row other than the previous one.
   Status Judge(std::int64_t rows, const std::string& path, Findings* findings) const {
     if (lines_.empty()) return {};
     const auto count = static_cast<std::int64_t>(lines_.size());
@@ -288,11 +289,11 @@ class DuplicateFinder {
   std::size_t last_ = 0;                                   // The previous row's entry of first_of_.
   // `held_`: rows that repeat the previous row, as a slow sensor's readings do in a fast log.
   std::int64_t counted_once_ = 0, held_ = 0;
-  std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // Of a row and its repetition.
+  std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // Lines of a row and its repetition.
 };
 
-/// Leaves out readings that are impossible at rest: 0, 0, 0, since neither gravity nor the field is
-/// zero on all axes, and large multiples of all others (error words, misplaced decimal points).
+/// Leaves out readings that are impossible at rest: 0, 0, 0, since neither gravity nor the magnetic
+/// field is zero, and readings far larger than most others (error words, misplaced decimal points).
 class ImpossibleReadings {
  public:
   void TakeZeros(std::int64_t line, StaticPose* pose) {
@@ -330,9 +331,9 @@ class ImpossibleReadings {
 
  private:
   static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
-  /// A reading is too far if its length, and its distance from the median, are both more than this
-  /// factor times the value that four of five readings stay below: on a sphere none is twice as far
-  /// from the median as most, and an offset does not lengthen one reading alone.
+  /// A reading is left out if its length and its distance from the median are both more than this
+  /// factor times the value that four of five readings stay below. On a sphere no reading is twice
+  /// as far from the median as most others; an offset lengthens all readings, not a single one.
   static constexpr double kFar = 10.0;
   static constexpr double kUsualShare = 0.8;  // Four of five, so that one of five may be far.
   static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
@@ -417,13 +418,13 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
 }
 
-/// Refuses readings that repeatedly equal an axis' extreme, which show the range limit of the
-/// sensor. `read`: rows read, including those that count once with the row that they repeat.
+/// Refuses readings that repeatedly equal the extreme of an axis, since this is the range limit of
+/// the sensor. `read`: number of rows read, including rows that repeat a pose.
 Status RejectClipped(const PoseSet& poses, std::int64_t read) {
   // Up to three equal readings may come from a stuck sensor or copied rows, which have findings of
   // their own.
   constexpr std::int64_t kLeastRows = 4;
-  // Without clipping, at most one row of six has the extreme: on the faces of a block.
+  // Without clipping, at most one row in six has the extreme, as on the six faces of a block.
   constexpr double kLeastShare = 0.2;
   for (const StreamSummary& stream : poses.streams) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
@@ -481,7 +482,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
 
   DuplicateFinder duplicates;
   ImpossibleReadings impossible;
-  std::vector<std::int64_t> lines;  // Of the poses.
+  std::vector<std::int64_t> lines;  // The line of each of poses.poses.
   const auto is_empty = [&](const StaticPose& pose) {
     return !columns.triads.empty() &&
            std::none_of(pose.triads.begin(), pose.triads.end(), [](const auto& triad) {
@@ -502,7 +503,8 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
         extend(pose);
         continue;
       }
-      // Only readings show stuck or copied rows; a fixture's attitudes may recur.
+      // Only readings show stuck or copied rows; in a table of attitudes alone, attitudes may
+      // recur.
       if (!columns.triads.empty() &&
           duplicates.CountsAlready(pose, row.line(), poses.poses, lines)) {
         continue;

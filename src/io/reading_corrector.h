@@ -21,13 +21,14 @@ namespace truetriad {
 /// (triad_model.h). docs/method.md, "Temperature".
 class ReadingCorrector {
  public:
-  /// Error: the calibration does not apply to readings in this unit, or needs a temperature.
+  /// Error: the calibration does not apply to readings in this unit, or to readings without
+  /// temperature.
   static Result<ReadingCorrector> Create(const TriadCalibration& calibration,
                                          const StreamInfo& stream);
 
   bool needs_force() const { return calibration_.g_sensitivity.has_value(); }
   bool is_thermal() const { return calibration_.thermal.has_value(); }
-  /// Whether each reading is corrected alike and by itself: correction * (raw - bias).
+  /// Whether truth = correction * (raw - bias), with the same correction and bias for all readings.
   bool is_linear() const {
     return !is_thermal() && !needs_force() &&
            std::none_of(calibration_.model.axis_terms.begin(),
@@ -99,7 +100,7 @@ class ReadingCorrector {
   }
 
   void SetTemperature(double temperature_degc) {
-    if (temperature_degc == temperature_degc_) return;  // Mostly so: it is logged in steps.
+    if (temperature_degc == temperature_degc_) return;  // Usual, since logs repeat temperatures.
     temperature_degc_ = temperature_degc;
     const ThermalTerms& thermal = *calibration_.thermal;
     const double used = std::clamp(temperature_degc, thermal.range_degc[0], thermal.range_degc[1]);
@@ -110,7 +111,7 @@ class ReadingCorrector {
   }
 
   TriadCalibration calibration_;
-  double raw_scale_;  ///< Calibrated raw units in one raw unit of the log.
+  double raw_scale_;  ///< Raw units of the calibration in one raw unit of the log.
   double temperature_degc_ = std::numeric_limits<double>::quiet_NaN();
   TemperatureFilter filter_;
   bool follows_time_ = false;

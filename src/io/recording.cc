@@ -17,7 +17,7 @@ namespace {
 /// Converts the blocks of a file into the samples of one of its triads.
 class Stream {
  public:
-  /// Maps the columns. Error: a column is needed as two different things.
+  /// Maps the columns. Error: a column is used in two different ways.
   static Result<Stream> Create(StreamLayout layout, CsvReader* csv) {
     using Kind = CsvReader::Kind;
     std::vector<std::size_t> numbers(layout.axes.begin(), layout.axes.end());
@@ -35,11 +35,11 @@ class Stream {
 
   Triad triad() const { return layout_.info.triad; }
   const StreamCounts& counts() const { return counts_; }
-  /// Time of the last sample returned; the smallest int64 before the first.
+  /// Time of the last sample returned; before the first sample, the smallest int64.
   std::int64_t last_time_ns() const { return last_time_ns_; }
 
-  /// The samples in the `row_count` rows that `csv` has just read; `shifts_ns` is added to their
-  /// times, empty for none. Error: time going backwards, an invalid pose number.
+  /// The samples in the `row_count` rows that `csv` has just read. Unless it is empty, `shifts_ns`
+  /// is added to their times. Error: time going backwards, an invalid pose number.
   Result<SampleBlock> Take(const CsvReader& csv,
                            std::size_t row_count,
                            std::span<const std::int64_t> shifts_ns) {
@@ -90,7 +90,7 @@ class Stream {
       windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
 
-  /// Gives `windows_` the times of rows without a reading: one may be the time of a window.
+  /// Gives `windows_` the times of rows without a reading: such a row may state a window's time.
   void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {
     if (all_) return;
     const std::int64_t* const stated = csv.Times(layout_.time.column);
@@ -104,7 +104,8 @@ class Stream {
     }
   }
 
-  /// The times, a missing one being replaced by the last known before it, or by the first known.
+  /// The times. A missing time is replaced by the last known time before it, or by the first known
+  /// one.
   std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
     known_.assign(times_ns.begin(), times_ns.end());
     const auto is_known = [](std::int64_t time_ns) { return time_ns != CsvReader::kMissingTime; };
@@ -142,7 +143,7 @@ class Stream {
 
   std::size_t SelectedRow(std::size_t sample) const { return all_ ? sample : selection_[sample]; }
 
-  /// The selected rows of a column: the reader's own buffer when they are all.
+  /// The selected rows of a column. If all rows are selected, this is the reader's own buffer.
   template <typename T>
   std::span<const T> Selected(const T* column, std::vector<T>* buffer) const {
     if (all_) return {column, selected_count_};
@@ -166,7 +167,7 @@ class Stream {
     return times_;
   }
 
-  /// Scales a time to ns. If the rate is not 1, it is a sample number in units of 1e-9.
+  /// Converts a time to ns. If the rate is not 1, `value` is a sample number times 1e9.
   std::int64_t Scaled(std::int64_t value) const {
     const double rate_hz = layout_.time.rate_hz;
     if (value == CsvReader::kMissingTime || rate_hz == 1.0) return value;
@@ -201,10 +202,10 @@ class Stream {
     // Times are in order, so that the first and the last are the extremes.
     if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
                               times_ns.back() > CsvReader::kFarthestTime)) {
-      return Error(
-          ErrorCode::kValueOutOfRange,
-          {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
-          "a time up to this line is out of range; check the unit of the times, or the rate");
+      return Error(ErrorCode::kValueOutOfRange,
+                   {csv.path(), csv.Line(SelectedRow(times_ns.size() - 1))},
+                   "the time on this line or on an earlier line is out of range; check the unit of "
+                   "the times, or the rate");
     }
     return {};
   }
@@ -214,19 +215,19 @@ class Stream {
     double degc = std::numeric_limits<double>::quiet_NaN();
     std::int64_t time_ns = 0;
     bool is_new = false;
-    std::optional<double> count;  ///< Of a register, continued across wraps.
+    std::optional<double> count;  ///< Number in a register, unwrapped.
     std::vector<double> values;   ///< Of the block's samples, degC.
   };
 
-  /// A temperature that is logged less often than readings holds until the next one, but not longer
-  /// than kLongestHoldNs. Error: a number that the register cannot have.
+  /// The temperature of each sample. A temperature is held until the next one is logged, but not
+  /// longer than kLongestHoldNs. Error: a number that the register cannot have.
   Result<std::span<const double>> Temperatures(const CsvReader& csv,
                                                const TemperatureColumn& column,
                                                std::span<const std::int64_t> times_ns,
                                                std::size_t row_count,
                                                HeldTemperature* held) const {
-    // A minute: chips are logged far more often, and chambers and units change by less than a
-    // degree in it.
+    // A minute: temperatures are logged far more often, and chambers and devices change by less
+    // than a degree per minute.
     constexpr std::int64_t kLongestHoldNs = 60'000'000'000;
     const double* const stated = csv.Numbers(column.column);
     held->values.resize(selected_count_);
@@ -256,9 +257,9 @@ class Stream {
     return std::span<const double>(held->values);
   }
 
-  /// The number of a register, logged with or without a sign, continued to the value nearest to
-  /// `before`: a chip warms in steps below a quarter of the register's range. Error: a number that
-  /// does not fit, a larger step, or a first number without a stated sign.
+  /// Unwraps the number of a register, logged with or without a sign, to the value nearest to
+  /// `before`. A chip warms by less than a quarter of the register's range per step. Error: a
+  /// number that does not fit, a larger step, or a first number whose sign is unclear.
   static Result<double> Continued(double count,
                                   const TemperatureColumn& column,
                                   std::optional<double> before) {
@@ -287,7 +288,7 @@ class Stream {
     return continued;
   }
 
-  /// Converts readings that were logged corrected back to raw ones.
+  /// Converts readings that were corrected before logging back to raw readings.
   Status UndoApplied(const CsvReader& csv, SampleBlock* block) {
     for (std::vector<double>& axis : raw_) axis.resize(selected_count_);
     const std::optional<AppliedCorrection::Thermal>& thermal = layout_.applied->thermal;
@@ -297,10 +298,11 @@ class Stream {
       if (thermal) {
         const double temperature_degc = temperature_.values[i];
         if (std::isnan(temperature_degc)) {
-          return Error(ErrorCode::kMissingTemperature,
-                       {csv.path(), csv.Line(SelectedRow(i))},
-                       "has no temperature yet, so the `thermal` part of `applied` cannot be "
-                       "undone; remove the rows before the first temperature");
+          return Error(
+              ErrorCode::kMissingTemperature,
+              {csv.path(), csv.Line(SelectedRow(i))},
+              "has no temperature within the last minute, so the `thermal` part of `applied` "
+              "cannot be undone; remove such rows, or log the temperature more often");
         }
         raw += thermal->At(temperature_degc) - thermal->at_calibration;
       }
@@ -350,7 +352,7 @@ class Stream {
 struct File {
   std::unique_ptr<CsvReader> csv;
   std::vector<Stream> streams;
-  std::optional<ClockPieces> pieces;  ///< Set if times may begin anew.
+  std::optional<ClockPieces> pieces;  ///< Set if the file may be joined from pieces.
   bool done = false;
 
   std::int64_t last_time_ns() const {
@@ -360,8 +362,8 @@ struct File {
   }
 };
 
-/// The one time column of all sensors. Unset if there are several, whose pieces could not be
-/// assigned to each other, or if its times count samples or are those of windows.
+/// The time column that all sensors share. Unset if there are several, since their pieces could not
+/// be matched, or if the column has sample numbers or times of windows.
 std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files) {
   if (files.size() != 1) return std::nullopt;
   const TimeColumn& first = files[0].streams.front().time;

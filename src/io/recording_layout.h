@@ -18,7 +18,7 @@
 
 namespace truetriad {
 
-/// The origin of a stream's time.
+/// Where the times of a stream come from.
 struct TimeColumn {
   enum class Kind { kNone, kColumn, kRowNumber };
 
@@ -33,7 +33,7 @@ struct TemperatureColumn {
   std::size_t column = 0;
   TemperatureUnit unit;
   int wrap_bits = 0;                ///< Width of a register that wraps around; 0: none.
-  std::optional<bool> is_signed{};  ///< Of the register's first number; unset: not stated.
+  std::optional<bool> is_signed{};  ///< Whether the first number is signed; unset: not stated.
 };
 
 /// The columns of a file that hold one triad.
@@ -44,7 +44,7 @@ struct StreamLayout {
   std::optional<TemperatureColumn> temperature;
   std::optional<TemperatureColumn> ambient;
   std::optional<std::size_t> pose;
-  std::optional<AppliedCorrection> applied;  ///< It is undone, so that readings are raw.
+  std::optional<AppliedCorrection> applied;  ///< Undone on reading, so that readings are raw.
 };
 
 /// One file and the streams in it, with mapped columns.
@@ -94,7 +94,7 @@ inline constexpr std::string_view kUnnamedRowNumbers = "without a name (row numb
 std::string LowerCase(std::string text);
 
 /// This project's name for the likely content of a column: "accel_x", or "accel_" if the axis is
-/// unclear; empty if it is probably nothing that is read.
+/// unclear; empty if the column is probably not needed.
 std::string SeeminglyCalled(const std::string& column);
 
 /// The unit that the last word of a column's name indicates, in this program's spelling: "ms" for
@@ -104,13 +104,13 @@ std::string SeeminglyIn(const std::string& column);
 /// Reads the columns of a self-describing header one by one, each at most once.
 class HeaderColumns {
  public:
-  /// Error: duplicate names.
+  /// Error: there is no header, or it has duplicate names.
   static Result<HeaderColumns> Of(const CsvReader& csv);
 
-  /// The position of the column `name`, compared without regard to case, if present; it counts as
-  /// taken from then on.
+  /// The index of the column `name` (case is ignored), which then counts as taken; nullopt if there
+  /// is none.
   std::optional<std::size_t> Take(const std::string& name);
-  /// The unit of a column. Error without one: proposes to state it, as in `name[example]`.
+  /// The unit of a column. Error: no unit is stated; the message proposes `name[example]`.
   Result<std::string> UnitOf(std::size_t column, std::string_view example) const;
   /// The unit of several columns, which must be the same.
   Result<std::string> CommonUnitOf(const std::vector<std::size_t>& columns,
@@ -118,13 +118,14 @@ class HeaderColumns {
   /// "file:line: column `accel_x`: " + message.
   Error Fail(ErrorCode code, std::size_t column, const std::string& message) const;
   /// The columns that were not taken. Error: one of them may be a reading, time or temperature that
-  /// the table otherwise lacks; proposes a header, or lists the names that were asked for.
+  /// the table otherwise lacks; the message proposes a header, or lists the names that were asked
+  /// for.
   Result<std::vector<std::string>> Ignored() const;
   /// The error for a header without any sensor.
   Error NoSensors() const;
 
-  /// The three axes `prefix`_x, _y, _z and their unit; nullopt without any. Error: one is missing,
-  /// or they do not share one unit of `triad`.
+  /// The three axes `prefix`_x, _y, _z and their unit; nullopt if there is none of them. Error:
+  /// only some exist, or they do not share one unit of `triad`.
   struct Axes {
     std::array<std::size_t, 3> columns{};
     Unit unit;
@@ -137,7 +138,7 @@ class HeaderColumns {
   bool HasTaken(std::string_view name) const;
   /// "time, accel_x, …": the names of all columns.
   std::string Names() const;
-  /// The header with the likely names of its columns; empty if one is unclear.
+  /// The header with the likely names of its columns; empty if a column is unclear.
   std::string Understandable() const;
 
   FilePlace place_;
@@ -147,14 +148,15 @@ class HeaderColumns {
   bool may_number_rows_ = false;  ///< The first column may be row numbers.
 };
 
-/// The time column of a self-describing header; kNone without one. The unit is s, ms, us or ns.
+/// The time column of a self-describing header; kNone if there is none. The unit is s, ms, us or
+/// ns.
 Result<TimeColumn> TakeTime(HeaderColumns* header);
 
 /// The column of a temperature and its unit; `name`: temperature or ambient_temperature.
 Result<std::optional<TemperatureColumn>> TakeTemperature(HeaderColumns* header,
                                                          const std::string& name = "temperature");
 
-/// 10^power ns are one `unit`; nullopt if it is not s, ms, us or ns.
+/// The power for which one `unit` is 10^power ns; nullopt unless `unit` is s, ms, us or ns.
 std::optional<int> TimePower(std::string_view unit);
 
 }  // namespace truetriad

@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-/// Describes a stream in the file `name` in the manifest.
+/// Adds to the manifest the entry of a stream whose readings are in the file `name`.
 void DescribeStream(const std::string& name, const StreamInfo& stream, YamlText* manifest) {
   *manifest << "  " << TriadName(stream.triad) << ":\n    file: " << name
             << "\n    time: {column: \"time[s]\", unit: s}\n";
@@ -41,7 +41,7 @@ Result<std::string> WriteRecording(SampleSource& source,
   manifest << "applied: none\nstreams:\n";
   std::deque<RowWriter> files;
   for (StreamInfo stream : source.info().streams) {
-    stream.has_pose_column = false;  // A manifest does not name a column of poses.
+    stream.has_pose_column = false;  // The manifest names no column of poses.
     std::string name(format.one_file ? "recording" : TriadName(stream.triad));
     name += ".csv";
     if (files.empty() || !format.one_file) {

@@ -39,14 +39,14 @@ constexpr std::array<char, 200> kDigitPairs = [] {
 /// Room for one number: the longest double, -2.2250738585072014e-308, has 24 characters.
 constexpr std::size_t kLongestNumber = 32;
 
-/// Writes `number` / 10^decimals in full at `text`; returns the end. It replaces std::to_chars with
-/// fixed decimals, with which `simulate` takes 70 % more processor time.
+/// Writes `number` / 10^decimals with all its decimals at `text`; returns the end. Replaces
+/// std::to_chars with fixed decimals, since `simulate` would take 70 % more processor time with it.
 char* WriteFixed(std::int64_t number, int decimals, char* text) {
   const auto bits = static_cast<std::uint64_t>(number);
   std::uint64_t rest = number < 0 ? 0 - bits : bits;
   *text = '-';
   text += number < 0 ? 1 : 0;
-  // Digits are written from the last on, two at a time, with at least one before the point.
+  // Digits are written from right to left, two at a time; at least one is before the point.
   std::array<char, 24> digits;
   char* const end = digits.data() + digits.size();
   char* begin = end;
@@ -163,9 +163,9 @@ Status RowWriter::WriteRows(bool at_end, ReadingChange* change) {
   return file_.status();
 }
 
-/// Whether a row can be written: each triad has a waiting sample, or one has too many.
+/// Whether a row can be written: samples of all triads wait, or too many samples of one triad do.
 bool RowWriter::NothingMissing() const {
-  // In samples of a triad: 8 s at 32 kHz, in 12 MB.
+  // Number of samples of a triad: 8 s at 32 kHz, which take 12 MB.
   constexpr std::size_t kMostWaiting = 1U << 18U;
   bool any_empty = false;
   for (const WaitingSamples& waiting : waiting_) {
@@ -182,7 +182,7 @@ char* RowWriter::WriteTime(std::int64_t time_ns, char* text) const {
   return text[-1] == '.' ? text - 1 : text;
 }
 
-/// Writes the row of the earliest waiting time; nothing when none waits.
+/// Writes the row of the earliest time of the waiting samples; nothing if no sample waits.
 char* RowWriter::WriteRow(char* text, ReadingChange* change) {
   const WaitingSamples* first = nullptr;
   for (const WaitingSamples& waiting : waiting_) {

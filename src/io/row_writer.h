@@ -19,8 +19,8 @@ namespace truetriad {
 class ReadingChange {
  public:
   virtual ~ReadingChange() = default;
-  /// Readings of a row arrive in the order in which their streams were added; NaN is an empty
-  /// field.
+  /// The reading to be written in place of `raw`; NaN makes an empty field. Called for the readings
+  /// of a row in the order in which their streams were added.
   virtual Eigen::Vector3d Changed(Triad triad,
                                   std::int64_t time_ns,
                                   const Eigen::Vector3d& raw,
@@ -28,7 +28,7 @@ class ReadingChange {
   virtual void EndRow() = 0;
 };
 
-/// Samples of one triad that wait for those of the other triads.
+/// Samples of one triad that wait for samples of the other triads.
 struct WaitingSamples {
   StreamInfo stream;
   int decimals = RecordingFormat::kShortest;
@@ -42,7 +42,7 @@ struct WaitingSamples {
 };
 
 /// Writes a self-describing CSV with a row for each time at which some triad has a sample; fields
-/// of the others stay empty.
+/// of triads without a sample stay empty.
 class RowWriter {
  public:
   RowWriter(const std::string& path, const RecordingFormat& format, bool has_time);
@@ -50,9 +50,9 @@ class RowWriter {
   void AddStream(const StreamInfo& stream);
   void WriteHeader();
   void Add(const SampleBlock& block);
-  /// Writes the rows whose samples are complete; at the end, all that wait. To bound the memory,
-  /// other triads do not wait for one that has ended or pauses for long. Error: samples are too far
-  /// out of order; the file cannot be written.
+  /// Writes the rows for which every triad has samples; if `at_end`, all rows that wait. To bound
+  /// the memory, samples do not wait for a triad that has ended or pauses for long. Error: samples
+  /// are too far out of order, or the file cannot be written.
   Status WriteRows(bool at_end, ReadingChange* change = nullptr);
   Status Commit() { return file_.Commit(); }
   Status status() const { return file_.status(); }

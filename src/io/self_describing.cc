@@ -13,7 +13,7 @@ namespace {
 /// The unit that messages about a missing unit give as an example.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
-/// Beginnings of usual column names, a letter that means as much before an axis, and our name.
+/// How usual column names begin, the letter that may replace this before an axis, and our name.
 struct Calling {
   std::string_view beginning, letter, name;
 };
@@ -24,7 +24,7 @@ constexpr std::array<Calling, 6> kCallings = {{{"acc", "a", "accel"},
                                                {"temp", "", "temperature"},
                                                {"time", "", "time"}}};
 
-/// Usual words after a name that indicate its unit.
+/// Usual last words of a column's name that indicate a unit.
 struct UnitWord {
   std::string_view word, unit;
   bool is_time;
@@ -207,7 +207,7 @@ Result<std::string> HeaderColumns::CommonUnitOf(const std::vector<std::size_t>& 
       return Fail(ErrorCode::kUnitMismatch,
                   column,
                   "is in " + unit + ", but `" + columns_[columns.front()].name + "` is in " +
-                      *common + "; one sensor has one unit");
+                      *common + "; use one unit for all axes of a sensor");
     }
   }
   return common;

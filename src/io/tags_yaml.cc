@@ -7,7 +7,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kLongestNote = 2000;  // Characters, a page: longer ones are refused.
+constexpr std::size_t kLongestNote = 2000;  // Characters, a page; longer notes are refused.
 
 }  // namespace
 

@@ -8,14 +8,14 @@
 
 namespace truetriad {
 
-/// Reads the tags of `device:`, which has other keys, too.
+/// Reads the tags of `device:`; its other keys are left to the caller.
 void ReadDeviceTags(YamlReader* device, Tags* tags);
 
 /// Reads the tags of `run:`, if present.
 void ReadRunTags(YamlReader run, Tags* tags);
 
-/// The tags as they are written within a map in one line: ` part: "P1", ids: { gyroscope: 7 }`;
-/// empty without any.
+/// The tags as written inside a map on one line: ` part: "P1", ids: { gyroscope: 7 }`; empty if
+/// there are none.
 std::string DeviceTagsText(const Tags& tags);
 std::string RunTagsText(const Tags& tags);
 

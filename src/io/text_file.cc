@@ -21,9 +21,10 @@
 namespace truetriad {
 namespace {
 
-/// Longest line, bytes: logs have shorter ones; binary data without '\n' must not fill the memory.
+/// Longest line in bytes. Logs have shorter lines; binary data without '\n' must not fill the
+/// memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
-/// Least room in the buffer, also for the read that finds the end of a small file.
+/// Least free room in the buffer: even a small file needs some for the read that finds its end.
 constexpr std::size_t kLeastRoom = 8U << 10;
 
 struct Magic {
@@ -67,7 +68,7 @@ constexpr std::array<Magic, 22> kForeignFormats = {{
 
 }  // namespace
 
-/// Computes a SHA-256. It is not in the namespace above because TextFile::Bytes has such a member.
+/// Computes a SHA-256. Not in the unnamed namespace, since TextFile::Bytes has such a member.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -124,7 +125,7 @@ class TextFile::Bytes {
   std::string digest_;
 };
 
-/// Streaming gzip decompression. The texts of a file of several gzip members follow one another.
+/// Streaming gzip decompression. If a file has several gzip members, their texts are joined.
 class TextFile::Inflater {
  public:
   explicit Inflater(std::string_view first_bytes)
@@ -139,7 +140,7 @@ class TextFile::Inflater {
   Inflater(const Inflater&) = delete;
   Inflater& operator=(const Inflater&) = delete;
 
-  /// Fills `data` with text from `bytes`; with less than `capacity` bytes only at the end.
+  /// Fills `data` with `capacity` bytes of text decompressed from `bytes`; fewer only at the end.
   Result<std::size_t> Read(Bytes* bytes, char* data, std::size_t capacity) {
     if (!ready_)
       return Error(ErrorCode::kUnreadableFile, "cannot be decompressed: no memory for zlib");
@@ -215,7 +216,7 @@ TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t c
 
 std::size_t TextFile::Room() const {
   if (inflater_ != nullptr) return 2 * chunk_bytes_;
-  // A file that grows while it is read is read in steps of the same size.
+  // If a file grows while it is read, the room stays as for its first size.
   const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
   return std::min(stored, chunk_bytes_) + std::min(stored, chunk_bytes_) + kLeastRoom;
 }

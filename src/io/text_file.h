@@ -13,15 +13,16 @@ namespace truetriad {
 /// A text file, plain or gzip (recognised by its first bytes, not its name), read once from front
 /// to back in runs of whole lines, and hashed while the bytes are in the cache.
 ///
-/// Memory does not depend on the file's length. The bytes are read, not mapped: if another program
-/// truncates the log meanwhile, that is an error and not a signal, and pages do not accumulate.
+/// Memory does not depend on the file's length. The file is read, not mapped into memory: if
+/// another program truncates it meanwhile, the result is an error and not a signal, and pages do
+/// not accumulate.
 class TextFile {
  public:
   /// Bytes read at a time: few enough to be still in the second-level cache when they are parsed
   /// after hashing, and enough to make system calls rare.
   static constexpr std::size_t kChunkBytes = 256U << 10;
 
-  /// Error: missing, unreadable, a folder or device, empty, or of a binary format (named if known).
+  /// Error: the file is missing, unreadable, a folder or device, empty, or of a binary format.
   static Result<std::unique_ptr<TextFile>> Open(const std::string& path,
                                                 std::size_t chunk_bytes = kChunkBytes);
   ~TextFile();
@@ -39,11 +40,11 @@ class TextFile {
   /// Share of the file's bytes already read, 0…1.
   double progress() const;
 
-  /// SHA-256, in lower-case hex, of the file's bytes as stored, which are the compressed ones of a
-  /// gzip file. Empty before the end of the file is read.
+  /// SHA-256, in lower-case hex, of the file's bytes as stored; of a gzip file, the compressed
+  /// bytes. Empty until the end of the file is read.
   std::string Sha256() const;
 
-  /// An upper bound of the bytes of text: the file's size, or the largest number if compressed.
+  /// Upper bound of the number of bytes of text: the file's size; the largest size_t if compressed.
   std::size_t MostBytes() const;
 
   const std::string& path() const { return path_; }
@@ -54,7 +55,7 @@ class TextFile {
 
   TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t chunk_bytes);
   Status RecogniseContent();
-  /// Wanted free room in the buffer after its content, bytes: a small file needs little.
+  /// Number of bytes to keep free in the buffer; a small file needs few.
   std::size_t Room() const;
   /// Fills the buffer; sets at_end_ at the end of the file.
   Status Fill();
@@ -70,8 +71,8 @@ class TextFile {
   bool ended_mid_line_ = false;
 };
 
-/// How `truetriad convert --from=` names the format that a file begins like ("ulog"); empty if it
-/// does not read that format directly.
+/// The format of a file by its first bytes, as `truetriad convert --from=` names it ("ulog"); empty
+/// if `convert` cannot read the file directly.
 std::string_view ForeignFormatOf(const std::string& path);
 
 /// SHA-256 of `bytes`, lower-case hex.

@@ -66,7 +66,8 @@ bool IsRunning(pid_t process) {
   return name_end == std::string::npos || text.compare(name_end, 3, ") Z") != 0;
 }
 
-/// Whether the writer whose number a temporary name holds (after kTemporary) was killed.
+/// Whether the process whose number is in a temporary name (after kTemporary) no longer runs; false
+/// for a process of another host or container.
 bool IsOfDeadWriter(std::string_view name) {
   const std::size_t at = name.rfind(kTemporary);
   if (at == std::string_view::npos) return false;
@@ -77,13 +78,14 @@ bool IsOfDeadWriter(std::string_view name) {
   return writer > 0 && text.starts_with(WriterName(writer)) && !IsRunning(writer);
 }
 
-/// Removes files of killed writers in a folder, once per folder that this process writes to.
+/// Removes the temporary files that killed processes left in the folder of `path`; once per folder
+/// and process.
 void SweepFolderOf(const std::string& path) {
   static std::mutex mutex;
   static auto& swept = *new std::set<fs::path>;
   fs::path folder = fs::path(path).parent_path();
   if (folder.empty()) folder = ".";
-  // A folder that is itself being written is new and belongs to this process.
+  // A folder with a temporary name is new and belongs to this process.
   if (folder.filename().string().find(kTemporary) != std::string::npos) return;
   {
     const std::scoped_lock lock(mutex);

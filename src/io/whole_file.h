@@ -14,22 +14,24 @@
 namespace truetriad {
 
 /// A name beside `path` that no other writer uses, for a file or folder that is renamed when it is
-/// complete. Files of killed writers of this machine in that folder are removed first.
+/// complete. Temporary files that killed processes of this machine left in the folder are removed
+/// first.
 std::string TemporaryNameBeside(const std::string& path);
 /// Whether `name` is a temporary name: its file is not complete yet.
 bool IsTemporaryName(std::string_view name);
-/// Flushes the folder of a file, so that its name is on the disk. False with errno set: it failed.
+/// Flushes the folder of a file, so that the name of the file is on the disk. If this fails,
+/// returns false and sets errno.
 bool IsFolderOnDisk(const std::string& path);
 
 /// A file that appears under its name only when it is complete and on the disk: it is written
-/// beside the target, flushed and renamed, and its folder is flushed. After a power cut or a kill
-/// there is the old file or the new one; the next writer removes what a killed one left beside it.
-/// A device or pipe (/dev/stdout) is written directly. A folder, an input (InputGuard) and a
-/// fleet's store, which cannot be made again, are never replaced.
+/// beside the target, flushed and renamed, and its folder is flushed. After a power cut or a kill,
+/// the name has the old content or all of the new; the next writer removes the temporary file that
+/// remains. A device or pipe (/dev/stdout) is written directly. A folder, an input (InputGuard) and
+/// a fleet's store, which cannot be made again, are never replaced.
 class WholeFile {
  public:
   explicit WholeFile(std::string path, bool replaces_store = false);
-  ~WholeFile();  ///< Leaves nothing behind unless committed.
+  ~WholeFile();  ///< Removes the temporary file unless committed.
   WholeFile(const WholeFile&) = delete;
   WholeFile& operator=(const WholeFile&) = delete;
 
@@ -51,7 +53,7 @@ class WholeFile {
   };
 
   std::string path_;
-  std::string temporary_path_;  ///< Empty without one, or after renaming.
+  std::string temporary_path_;  ///< Empty after renaming, or if there is none.
   std::unique_ptr<std::FILE, Close> file_;
   int failure_ = 0;
   std::optional<Error> refusal_;  ///< Why the target must not be written.

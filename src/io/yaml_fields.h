@@ -75,7 +75,7 @@ class YamlFieldWriter {
   const std::string& text() const { return text_; }
 
  private:
-  // A value follows its key on the same line, or begins with a line end.
+  // A value follows its key on the same line, unless it begins with a line end.
   void Add(std::string_view key, const std::string& value) {
     const std::string_view blank = value.starts_with('\n') ? "" : " ";
     if (place_ == Place::kLines) {
@@ -168,7 +168,7 @@ class YamlFieldWriter {
   std::string text_;
 };
 
-/// Any double that YamlText writes, also NaN and infinities, which configurations may not have.
+/// Reads any double that YamlText writes, also NaN and infinities, which YamlReader::Read refuses.
 inline bool ReadNumber(YamlReader reader, double* value) {
   std::string text;
   if (reader.IsScalar() && reader.Read(&text)) {
@@ -189,7 +189,7 @@ inline bool IsNull(const YamlReader& reader) {
   return reader && !reader.IsScalar() && !reader.IsSequence() && !reader.IsMap();
 }
 
-/// A list of exactly as many numbers as `values` has room for.
+/// Reads a list of exactly values.size() numbers.
 inline bool ReadNumbers(YamlReader reader, std::span<double> values) {
   if (!reader) return false;
   std::vector<YamlReader> items = reader.Items();
@@ -232,7 +232,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   if (!reader.Read(&word)) return false;
   const std::optional<T> known = from_name(word);
   if (!known) {
-    reader.Fail("`" + word + "` is unknown to this version; a later one may have written it");
+    reader.Fail("`" + word + "` is unknown to this version; a later version may have written it");
     return false;
   }
   *value = *known;

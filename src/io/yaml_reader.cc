@@ -19,7 +19,7 @@
 namespace truetriad {
 namespace {
 
-/// Reads all of `text` as a number; false when anything is left over.
+/// Reads `text` as a number; false if it is anything else, or a number with more text after it.
 template <typename T>
 bool ParseWhole(std::string_view text, T* value) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
@@ -45,8 +45,8 @@ int LineIndentedByTab(const std::string& text) {
   return 0;
 }
 
-/// A hint, "; …", if a name such as `time[s]` is inside braces or brackets on the line `ended`
-/// (from 0), where reading ended, or on the line before; else empty.
+/// A hint, "; …", if a name such as `time[s]` is inside braces or brackets, on the line where
+/// reading ended (`ended`, from 0) or on the line before. Otherwise empty.
 std::string HintOfBrackets(const std::string& text, int ended) {
   std::istringstream lines(text);
   std::string line;
@@ -147,8 +147,8 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
 }
 
 void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
-  // Version 0.7 of yaml-cpp silently keeps the first of two equal keys. An alias is the node it
-  // names: visiting each only once keeps a file of nested aliases from costing exponential time.
+  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias is the node that it names;
+  // each node is visited only once, since nested aliases would otherwise take exponential time.
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
   if (!ancestors->insert(position).second) {
@@ -191,7 +191,7 @@ YamlReader YamlReader::Child(std::string_view key) {
 
 YamlReader YamlReader::RequireChild(std::string_view key) {
   YamlReader child = Child(key);
-  // A parent that is missing itself, or is not a map, has an error of its own.
+  // If the parent itself is missing, that error has been recorded already.
   if (!child && IsMap()) child.Fail("is missing", ErrorCode::kMissingKey);
   if (present_ && !IsMap()) Fail("expected a map with the key `" + std::string(key) + "`");
   return child;

@@ -30,7 +30,7 @@ namespace truetriad {
 /// unchanged, and `status()` of any reader of the file lists the errors.
 class YamlReader {
  public:
-  /// Error: unreadable, not YAML, or a duplicate key anywhere in it.
+  /// Error: the file is unreadable, is not YAML, or has a duplicate key anywhere.
   static Result<YamlReader> FromFile(const std::string& path);
   /// `name` replaces the file's name in messages.
   static Result<YamlReader> FromText(const std::string& text, const std::string& name);
@@ -53,8 +53,8 @@ class YamlReader {
   /// As Child, but a missing key is an error.
   YamlReader RequireChild(std::string_view key);
 
-  /// This value itself: a text, a finite number, an integer, true/false, or a list of numbers.
-  /// False when it is something else (an error unless the reader stands for no value).
+  /// Reads this value itself, as a text, a finite number, an integer, true/false, or a list of
+  /// numbers. False if there is no value, or if the value is something else, which is an error.
   bool Read(std::string* value);
   bool Read(double* value);
   bool Read(std::int64_t* value);
@@ -63,11 +63,11 @@ class YamlReader {
   bool Read(std::vector<double>* value);
   bool Read(Eigen::Vector3d* value);
 
-  /// A text of one line with at most `longest` characters, such as a serial number or a lot.
+  /// Reads a text of one line with at most `longest` characters, such as a serial number or a lot.
   bool ReadName(std::string* value, std::size_t longest = kLongestName);
   static constexpr std::size_t kLongestName = 200;  ///< Characters; more do not fit a line.
 
-  /// The members of a list, the keys of a map; empty (an error) when it is something else.
+  /// The items of a list; the keys of a map. If the value is something else: empty, and an error.
   std::vector<YamlReader> Items();
   std::vector<std::string> Keys();
 
@@ -107,7 +107,7 @@ class YamlReader {
   void RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors);
   bool ReadScalar(std::string_view expected, std::string* text);
 
-  YAML::Node node_;  ///< The value; without one its parent, used only for the line.
+  YAML::Node node_;  ///< The value; if there is none, its parent, for the line number.
   bool present_ = true;
   std::string name_;
   std::shared_ptr<Shared> shared_;
@@ -115,7 +115,7 @@ class YamlReader {
 };
 
 /// Reads a small file as text and guards it as an input. Error: it is missing, unreadable, a
-/// folder, or larger than files written by hand are.
+/// folder, or too large for a file written by hand.
 Result<std::string> ReadSmallFile(const std::string& path);
 /// As ReadSmallFile, but the file is not guarded: it may be overwritten.
 Result<std::string> LookAtSmallFile(const std::string& path);

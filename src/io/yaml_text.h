@@ -12,14 +12,15 @@
 namespace truetriad {
 
 /// Free text for a YAML file: double-quoted and escaped, so that no content is taken for structure,
-/// a number or a truth value. Bytes that are not UTF-8, which YAML cannot hold, become \xFF.
+/// a number or a truth value. YAML cannot hold bytes that are not UTF-8; they are written in the
+/// form \xFF.
 struct Quoted {
   std::string_view text;
 };
 
-/// Writes YAML text without yaml-cpp's emitter, which would make a whole calibration half as costly
-/// again (for configs/experiments/joint.yaml, 65 million instructions more than 124 million).
-/// Numbers do not depend on the locale; NaN is `.nan`; vectors and matrices are flow lists of rows.
+/// Writes YAML text without yaml-cpp's emitter, which would raise the cost of a whole calibration
+/// by half (for configs/experiments/joint.yaml, from 124 to 189 million instructions). Numbers do
+/// not depend on the locale; NaN is `.nan`; vectors and matrices are flow lists of rows.
 class YamlText {
  public:
   /// `digits`: significant digits of every number; 0: the fewest that read back to the same bits.

@@ -33,7 +33,7 @@ Json PlainTree(const std::string& word) {
   return word;
 }
 
-/// The node as JSON. Once `values_left` values are used up, all further ones are null.
+/// The node as JSON. Once `values_left` values are used up, all further values are null.
 Json TreeOf(const YAML::Node& node, std::size_t* values_left) {
   if (*values_left == 0 || --*values_left == 0) return nullptr;
   if (node.IsMap()) {
@@ -73,7 +73,8 @@ Json TreeOfYaml(const std::string& text) {
     Json tree = TreeOf(YAML::Load(text), &values_left);
     if (values_left > 0) return tree;
   } catch (const YAML::Exception&) {
-    // A user may have written text below `config:` that is YAML only with the lines above.
+    // A user may have written text below `config:` that is YAML only together with the lines above
+    // it.
   }
   return text;
 }

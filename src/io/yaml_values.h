@@ -21,7 +21,7 @@ namespace truetriad {
 
 // Kinds of values in files that users write. Each kind of value is read by
 //   bool ReadAs(kind, reader, &value)   true if it was read; false if it is missing, or wrong:
-//                                       only a wrong one is an error of its file
+//                                       only a wrong value is an error of its file
 // and kinds that are written back have
 //   std::string TextOf(kind, value)     YAML in one line; empty: the key is left out.
 
@@ -80,7 +80,7 @@ constexpr Text kFile{.is_left_out = true};
 bool ReadAs(const Text& text, YamlReader reader, std::string* value);
 std::string TextOf(const Text& text, const std::string& value);
 
-/// The version of a file's format, of which there is one so far.
+/// The version of a file's format; so far there is only version 1.
 constexpr int kVersion = 1;
 struct FormatVersion {};
 bool ReadAs(FormatVersion, YamlReader reader, int* value);
@@ -128,7 +128,7 @@ std::string TextOf(const Kind&, const Value& value) { return (YamlText() << valu
 
 // One of several words.
 
-/// The named values of a table that another layer owns, for messages that list them.
+/// A table of the given values of an enum, with the names that `name` of another layer gives them.
 template <typename T, typename... More>
 auto Named(std::string_view (*name)(T), T first, More... more) {
   return NamedValues<T, 1 + sizeof...(More)>{{{first, name(first)}, {more, name(more)}...}};
@@ -161,7 +161,7 @@ std::string TextOf(const NamedValues<T, N>& choices, const T& value) {
   return std::string(choices.Name(value));
 }
 
-// Kinds made of others.
+// Kinds that are made of other kinds.
 
 /// An optional is read only if it is stated, and written only if it has a value.
 template <typename Kind, typename Value>
@@ -176,8 +176,8 @@ std::string TextOf(const Kind& kind, const std::optional<Value>& value) {
   return value ? TextOf(kind, *value) : "";
 }
 
-/// A value, or `word` if it is left open: an optional then has no value, and an `Open` has its flag
-/// set and the value `left_open`.
+/// A value, or `word` if the value is left open. If it is left open, a std::optional is unset, and
+/// an `Open` has its flag set and the value `left_open`.
 template <typename Kind, typename Value = int>
 struct OrWord {
   Kind kind;
@@ -286,7 +286,7 @@ using QuantityKeys = std::vector<QuantityKey>;
 
 /// `stem`_`unit``tail` for every unit of the triad's true quantity: "bias_mps2", "bias_mg", …
 QuantityKeys TriadKeys(std::string_view stem, Triad triad, std::string_view tail = "");
-/// Keys with _s, _ms, _us; nothing, _percent, _ppm; _rad, _mrad, _deg; _radps, _degps after `stem`.
+/// `stem` and a unit: _s, _ms, _us; none, _percent, _ppm; _rad, _mrad, _deg; _radps, _degps.
 QuantityKeys TimeKeys(std::string_view stem);
 QuantityKeys ShareKeys(std::string_view stem, std::string_view tail = "");
 QuantityKeys AngleKeys(std::string_view stem);

@@ -11,8 +11,8 @@
 namespace truetriad::line {
 namespace {
 
-// A larger Anderson-Darling statistic counts as this one, whose p is below 1e-30; the fits for p
-// were made for smaller ones.
+// Larger Anderson-Darling statistics are reduced to this one, whose p is below 1e-30. The fits for
+// p were made for smaller statistics.
 constexpr double kLargestStatistic = 13.0;
 
 /// p of an Anderson-Darling statistic that has been corrected for the number of values.
@@ -30,19 +30,19 @@ struct Location {
   double lower = 0.0, upper = 0.0;  // limits
   double doubt = 0.0;               // half width of the mean's confidence interval
 
-  /// From the mean to the nearer limit; negative beyond it, infinite without limits.
+  /// From the mean to the nearer limit; negative if the mean is outside, infinite without limits.
   double Distance() const { return std::min(upper - mean, mean - lower); }
 };
 
 /// distance / (3 sigma); NaN for 0 / 0.
 double InSigmas(double distance, double sigma) { return distance / (3.0 * sigma); }
 
-/// The interval of Cpk from those of distance and sigma.
+/// The interval of Cpk, from the intervals of the distance and of sigma.
 Interval CpkInterval(const Location& at, double sigma, const Interval& sigmas) {
   const double distance = at.Distance();
   const double one = InSigmas(distance, sigmas.upper), other = InSigmas(distance, sigmas.lower);
   const double by_sigma_low = std::min(one, other), by_sigma_high = std::max(one, other);
-  // Without any spread Cpk is infinite, and a finite bound comes from the upper bound of sigma.
+  // Without spread Cpk is infinite; only the upper bound of sigma gives a finite bound of Cpk.
   if (!(sigma > 0.0)) {
     return {std::min(by_sigma_low, InSigmas(distance - at.doubt, sigmas.upper)),
             std::max(by_sigma_high, InSigmas(distance + at.doubt, sigmas.lower))};
@@ -100,7 +100,7 @@ Spread MovingRangeSpread(const Eigen::VectorXd& values) {
   const Eigen::Index count = values.size() - 1;
   const double m = static_cast<double>(count);
   const double d2 = 2.0 * std::numbers::inv_sqrtpi;
-  // Covariance of |D1| and |D2|, adjacent differences, whose correlation is -1/2:
+  // Covariance of |D1| and |D2| for adjacent differences D1, D2. Their correlation is -1/2:
   // 4/pi (sqrt(3)/2 + pi/12) - 4/pi.
   const double covariance =
       4.0 / std::numbers::pi * (0.5 * std::numbers::sqrt3 + std::numbers::pi / 12.0 - 1.0);

@@ -20,11 +20,11 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// The number of Gauss points. The kernel is a normal density with σ = λ in an interval of about 6
-// sqrt(λ / 2). σ is at least twice the distance of the points, which gives eight digits of run
-// lengths up to 10^6. The number is even, so that no point is at 0.
+// The number of Gauss points. The kernel is a normal density with σ = λ in an interval that is
+// about 6 sqrt(λ / 2) long. σ is at least twice the distance of the points, so run lengths up to
+// 10^6 have eight correct digits. The number is even, so that no point is at 0.
 int EwmaPoints(double lambda) { return 10 + 2 * static_cast<int>(7.0 / std::sqrt(lambda)); }
-// Relative accuracy of limits; that of a run length is about 10 times worse.
+// Relative accuracy of limits. A run length is about 10 times less accurate.
 constexpr double kLimitAccuracy = 1e-7;
 
 struct Quadrature {
@@ -49,7 +49,7 @@ Quadrature GaussLegendre(int count) {
 
 double EwmaRunLength(double lambda, double width, double shift) {
   CHECK(lambda >= 0.01 && lambda <= 1.0) << "smoothing constant " << lambda;
-  // Density at `to` of the EWMA's value that follows the value `from`.
+  // Probability density, at `to`, of the EWMA's next value after the value `from`.
   const auto density = [&](double from, double to) {
     const double x = (to - (1.0 - lambda) * from) / lambda - shift;
     return std::exp(-0.5 * x * x) / (lambda * std::sqrt(2.0 * std::numbers::pi));
@@ -72,7 +72,7 @@ double EwmaRunLength(double lambda, double width, double shift) {
 }
 
 double EwmaWidth(double lambda, double run_length) {
-  // The upper end is exceeded by single values once in two run lengths, by an average less often.
+  // Single values exceed the upper end `high` once in two run lengths, the EWMA less often.
   double low = 0.5, high = -NormalQuantile(0.25 / run_length);
   while (high - low > kLimitAccuracy * high) {
     const double middle = 0.5 * (low + high);
@@ -94,7 +94,7 @@ double HotellingLimit(int dimension, double probability, double count, bool own)
   if (!own) {
     return p * (count - 1.0) / (count - p) * FisherUpperQuantile(probability, p, count - p);
   }
-  // The limit is (n - 1) times a beta(p / 2, (n - p - 1) / 2) quantile, a function of Fisher's F.
+  // The limit is (n - 1) times a beta(p / 2, (n - p - 1) / 2) quantile, computed by Fisher's F.
   const double rest = count - p - 1.0;
   const double f = p / rest * FisherUpperQuantile(probability, p, rest);
   return (count - 1.0) * f / (1.0 + f);
@@ -103,12 +103,13 @@ double HotellingLimit(int dimension, double probability, double count, bool own)
 ChartPlan::ChartPlan(const ChartOptions& wanted, std::size_t charts) : options(wanted) {
   CHECK_GT(options.run_length_units, 1.0);
   const double sum = std::accumulate(options.shares.begin(), options.shares.end(), 0.0);
-  // The sum may exceed 1 by the rounding of shares to a few digits.
+  // If shares were rounded to a few digits, their sum may slightly exceed 1.
   CHECK(sum > 0.0 && sum < 1.0 + 1e-6) << "shares sum to " << sum;
   for (const ChartKind kind : kChartKinds) {
     const auto place = static_cast<std::size_t>(kind);
     CHECK_GE(options.shares[place], 0.0) << NameOf(kind);
-    // The rates of all charts sum to at most 1 / run length, whatever their correlation.
+    // All rates sum to at most 1 / run length, so all charts together give no more false alarms,
+    // however correlated they are.
     rates[place] = options.shares[place] / options.run_length_units;
     if (kind == ChartKind::kEwma) {
       rates[place] /= static_cast<double>(std::max<std::size_t>(charts, 1));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-// Parts of ControlCharts.
+// The parts of which ControlCharts consists.
 
 #include <array>
 #include <cstddef>
@@ -27,11 +27,11 @@ struct RunningMoments {
   double Variance() const { return squares / (count - 1.0); }
 };
 
-/// c4(n), the mean of the standard deviation of n normal values of σ 1; n >= 2, may be a fraction.
+/// c4(n), the expected standard deviation of n normal values with σ = 1. n >= 2, also fractions.
 double C4(double n);
 
-/// The limit, in units of a σ estimated with `dof` degrees of freedom, that values exceed on either
-/// side as often as `width` in units of a known σ: Student's quantile t_dof(1 - Φ(-width)).
+/// Widens a limit of `width` known σ for a σ estimated with `dof` degrees of freedom, so that
+/// values exceed the limit equally often on each side: Student's quantile t_dof(1 - Φ(-width)).
 double PredictiveWidth(double width, double dof);
 
 /// Sums of the weights of the units in an exponentially weighted moving average that began at 0.
@@ -39,7 +39,7 @@ class MovingWeights {
  public:
   explicit MovingWeights(double lambda) : lambda_(lambda) {}
 
-  /// `own`: the unit that is added belongs to those from which the process mean is estimated.
+  /// `own`: the added unit is one of those from which the process mean is estimated.
   void Add(bool own) {
     all_ += lambda_ * (1.0 - all_);
     own_ += lambda_ * ((own ? 1.0 : 0.0) - own_);
@@ -47,8 +47,8 @@ class MovingWeights {
   }
   void Restart() { all_ = own_ = squares_ = 0.0; }
 
-  /// Variance of the average less all_ times the mean of `count` units, for units of variance 1. It
-  /// accounts exactly for the covariance of own units with the mean, so it is never negative.
+  /// Variance of (average - all_ * mean of `count` units) if each unit has variance 1. It accounts
+  /// exactly for the covariance of own units with the mean, so it is never negative.
   double Variance(double count) const { return squares_ + all_ * (all_ - 2.0 * own_) / count; }
 
  private:
@@ -58,8 +58,8 @@ class MovingWeights {
 
 /// The limit that T^2 = d' S^-1 d / v over `dimension` parameters exceeds with `probability`. d: a
 /// unit's deviation from the centre; v: the variance of d relative to that of single units; S: the
-/// covariance of `count` units. Fisher's quantile for later units (v includes 1 / count of the
-/// centre), a beta quantile for units in S (`own`).
+/// covariance of `count` units. If the unit is in S (`own`), the limit is a beta quantile. For
+/// later units it is Fisher's quantile, and v includes 1 / count of the centre.
 double HotellingLimit(int dimension, double probability, double count, bool own);
 
 /// The false alarm rate of each chart of a station, and the limits that follow from it.
@@ -73,21 +73,21 @@ struct ChartPlan {
 
   ChartOptions options;
   std::array<double, kChartKindCount> rates{};
-  double ewma_width = 0.0;  // EWMA limit in its own σ for a known process; 0: no EWMA charts.
+  double ewma_width = 0.0;  // EWMA limit in σ of the EWMA, known process; 0: no EWMA charts.
 };
 
 /// One parameter's values at one station.
 struct ParameterValues {
   int parameter = 0;
   std::vector<int> units;      // units that have a value, in order; indices in LineData::units
-  std::vector<double> values;  // by `units`
+  std::vector<double> values;  // one for each of `units`
   std::size_t baseline = 0;    // the first `baseline` values are the baseline
   bool own = false;            // all values are the baseline: phase I
-  std::vector<bool> good;      // by value of the baseline: it is no outlier
+  std::vector<bool> good;      // for each baseline value: whether it is no outlier
 };
 
-/// The number of units by which the baseline lags the last unit. A shift of 1 σ is found within a
-/// fifth of them, before units after the shift join the baseline and mask it (see docs/line.md).
+/// The baseline lags the last unit by this number of units. A shift of 1 σ is found within a fifth
+/// of them, before shifted units join the baseline and mask the shift (see docs/line.md).
 inline constexpr std::size_t kBaselineLag = 100;
 /// Limits are recomputed when the baseline has grown by 5 %.
 inline constexpr double kBaselineGrowth = 1.05;
@@ -95,7 +95,7 @@ inline constexpr double kBaselineGrowth = 1.05;
 /// Builds a chart point by point.
 class ChartWriter {
  public:
-  /// `count` points will be added, of which the last `most` are kept.
+  /// `count` points will be added. The last `most` of them are kept.
   ChartWriter(ChartKind kind, int parameter, std::size_t count, int most);
 
   /// Adjacent points with `alarm` are one alarm.
@@ -116,8 +116,9 @@ class ChartWriter {
 /// Appends a sentence to station->note.
 void AddNote(const std::string& sentence, StationCharts* station);
 
-/// T^2 over parameters of which all or none have a separate baseline; adds to station->dependent
-/// and note. Units in EWMA alarms already found for the station are kept out of the baseline.
+/// Adds the chart of T^2 over the parameters `shared` to the station, with alarms, dependent ones
+/// and note. Either all or none of `shared` have a separate baseline. Units in EWMA alarms that the
+/// station already has stay out of the baseline.
 void DrawHotelling(const LineData& data,
                    std::vector<ParameterValues> shared,
                    const ChartPlan& plan,
@@ -128,8 +129,8 @@ void DrawHotelling(const LineData& data,
 
 /// EWMA z_i = λ x_i + (1 - λ) z_(i-1), z_0 = 0, alarm where |z_i| > width * sqrt(λ / (2 - λ)).
 /// `shift`: mean of x from the first value on. Nyström's solution of the integral equation of
-/// Crowder (1987). Limits that widen to this width with time give more early alarms: at λ = 0.1 a
-/// run length of 500 units becomes 488 ± 2.4 (40,000 charts); longer ones lose less.
+/// Crowder (1987). If limits start narrower and widen to this width, there are more early alarms:
+/// at λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts); a longer one loses less.
 double EwmaRunLength(double lambda, double width, double shift = 0.0);
 
 /// The width with which EwmaRunLength(lambda, width) = run_length; at least 0.5.

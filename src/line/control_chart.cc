@@ -14,18 +14,18 @@
 namespace truetriad::line {
 namespace {
 
-// In robust σ from the median, which outliers inflate: values farther away are outliers.
+// First round: robust σ from the median. Large, since outliers inflate the robust σ.
 constexpr double kFirstReach = 5.0;
-constexpr double kReach = 4.0;   // Later, in σ from the mean; excludes one normal value in 16,000.
+constexpr double kReach = 4.0;  // Later rounds: σ from the mean; excludes 1 normal value in 16,000
 constexpr int kMostRounds = 10;  // Ends a search that alternates between two sets.
 // Differences below this share of a value's magnitude are rounding errors.
 constexpr double kSame = 1e-12;
 
-// An EWMA alarm ends below this share of its limit, so that a level near the limit is one alarm.
+// An EWMA alarm ends below this share of the limit, so that a level near the limit gives one alarm.
 constexpr double kQuiet = 0.5;
 // σ from differences of neighbours has 2/3 of the degrees of freedom of σ about the mean.
 constexpr double kDofOfDifferences = 2.0 / 3.0;
-// In σ from the mean: values farther away, one normal value in 16,000, do not join the baseline.
+// Values farther than this many σ from the mean, 1 normal one in 16,000, do not join the baseline.
 constexpr double kFarAway = 4.0;
 
 class Ewma {
@@ -113,11 +113,11 @@ class Ewma {
   const ParameterValues& values_;
   const ChartPlan& plan_;
   std::size_t first_;
-  std::vector<bool> usable_;  // by value: it may join the baseline
+  std::vector<bool> usable_;  // for each value: whether it may join the baseline
   RunningMoments moments_;
-  // Mean and σ of the process at the last SetLimits; count: units in the mean; dof: of σ.
+  // As of the last SetLimits: mean and σ of the process, number of units in the mean, dof of σ.
   double centre_ = 0.0, sigma_ = 0.0, count_ = 0.0, dof_ = 0.0;
-  double limit_ = 0.0;    // of the EWMA, in its own σ
+  double limit_ = 0.0;    // of the EWMA, in σ of the EWMA
   double average_ = 0.0;  // EWMA of deviations, in the parameter's unit
   MovingWeights weights_;
   ChartWriter writer_;
@@ -168,7 +168,8 @@ ParameterValues ValuesOf(const LineData& data, const std::vector<int>& units, in
   return values;
 }
 
-// The first `units` values are the baseline; all if `units` is 0 or there are no more (phase I).
+// Makes the first `units` values the baseline. If `units` is 0 or there are no more values, all
+// values are the baseline (phase I).
 void SetBaseline(int units, ParameterValues* values) {
   const std::size_t count = values->values.size();
   const auto wanted = static_cast<std::size_t>(std::max(units, 0));
@@ -178,8 +179,8 @@ void SetBaseline(int units, ParameterValues* values) {
   values->good = WithoutOutliers({values->values.begin(), end});
 }
 
-// The parameters of T^2: those that nine of ten units have, since T^2 leaves out units that lack
-// one. If one of these parameters has no separate baseline, none gets one (phase I).
+// The parameters of T^2. T^2 leaves out units that lack one of them, so only parameters that nine
+// of ten units have are chosen. If one of these has no separate baseline, none gets one (phase I).
 std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
   std::vector<ParameterValues> shared;
   bool judge_each_other = false;
@@ -204,7 +205,7 @@ bool VariesInBaseline(const ParameterValues& values) {
   return *most - *least > kSame * std::max(std::abs(*least), std::abs(*most));
 }
 
-// Charts of one station; `plans` caches the plans of earlier ones by number of parameters.
+// Charts of one station. `plans` caches plans by number of parameters for the stations that follow.
 StationCharts ChartsOf(const LineData& data,
                        const std::string& name,
                        const std::vector<int>& units,
@@ -234,7 +235,7 @@ StationCharts ChartsOf(const LineData& data,
   });
   station.baseline_outliers.assign(outliers.begin(), outliers.end());
   if (watched.empty()) {
-    station.note = "no charts: no varying parameter has values of at least " +
+    station.note = "no charts: no parameter that varies has a value for at least " +
                    std::to_string(kLeastUnits) + " units";
     return station;
   }

@@ -27,8 +27,8 @@ constexpr double kManyDof = std::numeric_limits<double>::infinity();
 
 double Squared(double value) { return value * value; }
 
-/// Squared distance of a confidence bound from the sum of terms: V_L of the papers below for
-/// `probability` = 1 - tail (lower bound), V_U for `probability` = tail (upper bound).
+/// Squared distance of a confidence bound from the sum of the terms. The papers at ComponentOf call
+/// it V_L for the lower bound (`probability` = 1 - tail), V_U for the upper (`probability` = tail).
 double SquaredDistance(const std::vector<MeanSquareTerm>& terms, double probability) {
   const bool is_lower = probability > 0.5;
   const auto own = [&](const MeanSquareTerm& term) {
@@ -109,7 +109,8 @@ bool IsNested(const std::vector<GaugeReading>& readings) {
   });
 }
 
-/// Error: the cells have different numbers of readings or only one, or there is only one part.
+/// Error: cells or parts are missing, cells differ in their number of readings or have only one
+/// reading, or there is only one part.
 Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool is_nested) {
   std::size_t most = 0, most_parts = 0;
   for (const auto& [appraiser, by_part] : cells) {
@@ -119,8 +120,8 @@ Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool
   for (const auto& [appraiser, by_part] : cells) {
     const std::string by = appraiser.empty() ? "" : " by " + appraiser;
     if (is_nested && by_part.size() < most_parts) {
-      return Incomplete(std::to_string(by_part.size()) + " of " + std::to_string(most_parts) +
-                        " parts" + by);
+      return Incomplete("only " + std::to_string(by_part.size()) + " parts" + by + ", but up to " +
+                        std::to_string(most_parts) + " by others");
     }
     if (is_nested) continue;
     for (const std::string& part : parts) {
@@ -187,8 +188,8 @@ void FillAnova(const Cells& cells, GaugeStudy* study) {
   Test(&study->interaction, study->error);
 }
 
-/// Pools an insignificant interaction with the error. Tests parts and appraisers against that
-/// error, or else against the interaction.
+/// If the interaction is insignificant, pools it with the error and tests parts and appraisers
+/// against that error. Otherwise tests them against the interaction.
 void Pool(double above_p, GaugeStudy* study) {
   if (study->design != StudyDesign::kCrossed) return;
   study->is_pooled = !(study->interaction.p <= above_p);
@@ -207,10 +208,10 @@ void FillComponents(double confidence, GaugeStudy* study) {
   const bool has_interaction = study->design == StudyDesign::kCrossed && !study->is_pooled;
   const AnovaLine *const error = &study->error, *const against =
                                                     has_interaction ? &study->interaction : error;
-  // Mean squares of the gauge, collected from its components, of which it is the sum.
+  // The gauge is the sum of its components; the mean squares of all of them are collected here.
   std::vector<MeanSquareTerm> gauge = {{1.0, error}};
   double reproducibility = 0.0;
-  // Terms of the variance by which `line`, of means of `runs` readings, exceeds the line `other`.
+  // Terms of the variance component (line - other) / runs. `line` is of means of `runs` readings.
   const auto between = [&](double runs, const AnovaLine& line, const AnovaLine* other) {
     return std::vector<MeanSquareTerm>{{1.0 / runs, &line}, {-1.0 / runs, other}};
   };
@@ -236,7 +237,7 @@ void FillComponents(double confidence, GaugeStudy* study) {
   }
   study->gauge = ComponentOf(gauge, confidence);
   if (o > 1.0) study->reproducibility.variance = reproducibility;
-  // Each component is at least zero, so these sums may exceed those of the mean squares.
+  // Negative components became zero, so these sums may exceed those of the mean squares.
   study->gauge.variance = study->repeatability.variance + reproducibility;
   study->total.variance = study->gauge.variance + study->part_to_part.variance;
 }
@@ -255,7 +256,7 @@ void FillShares(double tolerance, GaugeStudy* study) {
     component->tolerance_share = 6.0 * sigma / tolerance;
   }
   if (!(study->part_to_part.variance > 0.0)) return;
-  constexpr double kMany = 1e6;  // For a gauge with no variance.
+  constexpr double kMany = 1e6;  // Replaces infinity if the gauge has no variance.
   const double categories = 1.41 * std::sqrt(study->part_to_part.variance / study->gauge.variance);
   study->distinct_categories = static_cast<int>(std::min(kMany, std::floor(categories)));
 }

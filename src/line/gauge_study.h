@@ -21,7 +21,7 @@ struct GaugeReading {
 enum class StudyDesign {
   kCrossed,       ///< Every appraiser measures every part.
   kNested,        ///< Each appraiser has parts of its own.
-  kOneAppraiser,  ///< The appraisers' effect is unknown.
+  kOneAppraiser,  ///< Only one, so the effect of appraisers is unknown.
 };
 std::string_view StudyDesignName(StudyDesign design);  ///< "crossed", "nested", "one appraiser".
 
@@ -41,9 +41,9 @@ struct VarianceComponent {
 /// A gauge study by analysis of variance: value = part + appraiser + interaction + error.
 struct GaugeStudy {
   StudyDesign design = StudyDesign::kCrossed;
-  int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: `parts` of each appraiser.
+  int parts = 0, appraisers = 0, repeats = 0;  ///< kNested: `parts` is for each appraiser.
   AnovaLine part, appraiser, interaction, error;
-  bool is_pooled = false;           ///< The interaction is not significant and counts as error.
+  bool is_pooled = false;           ///< The interaction is insignificant and part of the error.
   VarianceComponent repeatability;  ///< The error.
   VarianceComponent appraiser_alone, interaction_alone;
   VarianceComponent reproducibility;  ///< Appraisers and interaction.
@@ -53,13 +53,13 @@ struct GaugeStudy {
 };
 
 struct GaugeStudyOptions {
-  double tolerance = kNotKnown;  ///< Upper less lower limit; NaN: none.
+  double tolerance = kNotKnown;  ///< Upper limit - lower limit; NaN: none.
   double confidence = 0.95;
   double pool_above_p = 0.25;  ///< The interaction is pooled if its p is larger (AIAG 2010).
 };
 
-/// Error (not enough): there are fewer than two parts or repeats, or the study is not balanced,
-/// since a part or a repeat is missing somewhere; the message says which.
+/// Error (not enough): there are fewer than two parts or repeats, or the study is not balanced. It
+/// is not if a part or a repeat is missing somewhere; the message states which.
 Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
                                   const GaugeStudyOptions& options = {});
 
@@ -70,14 +70,14 @@ struct Type1Study {
   Estimate sigma;                                 ///< Repeatability.
   double reference = kNotKnown;                   ///< The known value of the part; NaN: unknown.
   Estimate bias;                                  ///< mean - reference.
-  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Test of zero bias (Student, runs - 1).
+  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Student's test of zero bias, runs - 1.
   double cg = kNotKnown;                          ///< 0.2 tolerance / (6 sigma); good from 1.33.
   double cgk = kNotKnown;                         ///< (0.1 tolerance - |bias|) / (3 sigma); as Cg.
   double repeatability_share = kNotKnown;         ///< 6 sigma / tolerance; 15 % if Cg is 1.33.
 };
 
-/// `tolerance`: width of the limits; NaN: none. All results are NaN for fewer than two runs. AIAG
-/// (2010) requires 25 runs, VDA 5 25 to 50.
+/// `tolerance`: width of the limits; NaN: none. With fewer than two runs only `mean` is found. AIAG
+/// (2010) requires 25 runs; VDA volume 5 requires 25 to 50 runs.
 Type1Study FindType1Study(const Eigen::VectorXd& values,
                           double reference,
                           double tolerance,

@@ -20,11 +20,11 @@ constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
 // Least number of baseline units per parameter: with n = 2 p units for p parameters the limits are
 // already twice those of a known covariance.
 constexpr std::size_t kLeastUnitsOfParameter = 2;
-// One normal unit in 10,000 is excluded from the baseline.
+// A unit as far off as only 1 normal unit in 10,000 does not join the baseline.
 constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;  // Rounds of Screen; more could shrink the baseline unit by unit.
-// Least share of a parameter's variance that others must leave unexplained; less is rounding. Tied
-// parameters leave 1e-16, parameters of a sensor correlated by 0.999,999 leave 2e-6.
+// The other parameters must leave at least this share of a parameter's variance unexplained; less
+// is rounding. Tied parameters leave 1e-16; those of a sensor correlated by 0.999,999 leave 2e-6.
 constexpr double kLeastOwnVariance = 1e-8;
 
 // Units with values of all parameters; each parameter is divided by its σ in the baseline.
@@ -33,7 +33,7 @@ struct TogetherUnits {
   std::vector<int> units;
   std::vector<VectorXd> values;
   std::size_t baseline = 0;
-  std::vector<bool> good;  // by unit of the baseline: it is no outlier
+  std::vector<bool> good;  // for each unit of the baseline: whether it is no outlier
 
   bool AreEnough(double count) const {
     return count >= static_cast<double>(kLeastUnitsOfParameter * parameters.size());
@@ -58,8 +58,8 @@ struct RunningScatter {
   MatrixXd Covariance() const { return squares / (count - 1.0); }
 };
 
-// The columns of a covariance that earlier kept ones do not determine: they leave a share of at
-// least 1e-8 of the column's variance unexplained. Columns without variance are excluded.
+// The columns of a covariance that earlier columns do not determine: a column is kept if those kept
+// before leave at least 1e-8 of its variance unexplained. Columns without variance are excluded.
 std::vector<Index> IndependentColumns(const MatrixXd& covariance) {
   const VectorXd scale = covariance.diagonal().cwiseSqrt().cwiseInverse();
   const MatrixXd correlations = scale.asDiagonal() * covariance * scale.asDiagonal();
@@ -134,8 +134,8 @@ class Hotelling {
     }
   }
 
-  // A shifted level is out of control: the units of a parameter's alarm never join the baseline,
-  // nor do the units before the alarm that have not joined when it begins.
+  // Keeps the units of a parameter's alarm out of the baseline, since their level is out of
+  // control. Units that have not yet joined the baseline when the alarm begins stay out as well.
   void LeaveOut(const ChartAlarm& shift) {
     if (shift.kind != ChartKind::kEwma) return;
     const auto place_of = [&](auto at) {
@@ -183,7 +183,8 @@ class Hotelling {
   }
 
   void Add(std::size_t k, ChartWriter* writer) {
-    // The centre includes an own unit: its deviation has variance 1 - 1/n, that of others 1 + 1/n.
+    // An own unit is part of the centre: its deviation has variance 1 - 1/n, that of others 1 +
+    // 1/n.
     const bool is_own = own_ && units_.good[k];
     const Limits& limits = is_own ? own_limits_ : later_limits_;
     const VectorXd deviation = units_.values[k] - centre_;
@@ -205,12 +206,12 @@ class Hotelling {
   const ChartPlan& plan_;
   Index dimension_;
   RunningScatter scatter_;
-  std::vector<bool> usable_;  // by unit: it may join the baseline
+  std::vector<bool> usable_;  // for each unit: whether it may join the baseline
   // As of the last SetLimits:
   VectorXd centre_;
   Cholesky root_;
   double count_ = 0.0;
-  Limits own_limits_, later_limits_;  // of units in the estimate, and of others
+  Limits own_limits_, later_limits_;  // for units in the estimate, and for others
 };
 
 // The units of the station with a value of every parameter.
@@ -267,7 +268,7 @@ void LeaveOutDependent(const TogetherUnits& together,
 void NoteTooFew(std::ptrdiff_t good, std::size_t parameters, StationCharts* station) {
   AddNote("no chart of all parameters together: it needs " +
               std::to_string(kLeastUnitsOfParameter * parameters) +
-              " baseline units, without outliers and with all " + std::to_string(parameters) +
+              " baseline units that are no outliers and have all " + std::to_string(parameters) +
               " parameters; there are " + std::to_string(good),
           station);
 }

@@ -51,7 +51,7 @@ double SecondsOf(const std::string& moment) {
   const int day = stated.tm_mday;
   stated.tm_isdst = 0;
   const auto seconds = static_cast<double>(timegm(&stated) - offset_s) + fraction;
-  // timegm has turned a 30th of February into the 2nd of March.
+  // If the day does not exist, timegm has changed it: a 30th of February to the 2nd of March.
   return stated.tm_mday == day && seconds >= 0.0 ? seconds : kNotKnown;
 }
 

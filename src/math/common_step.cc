@@ -13,8 +13,8 @@ constexpr double kRounding = 1e-9;
 constexpr double kFinest = 1e-6;
 // Distances drawn at random share a factor of two with probability 2^-kFewest = 1.6 %.
 constexpr int kFewest = 6;
-// Largest step, as a share of the largest distance: values that span under 50 steps are exact ones,
-// not those of a converter.
+// Largest step, as a share of the largest distance: a range of fewer than 50 steps is too small for
+// a converter, so the values are exact.
 constexpr double kCoarsest = 0.02;
 
 double CommonDivisor(double a, double b, double rounding) {

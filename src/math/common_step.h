@@ -5,9 +5,10 @@
 
 namespace truetriad {
 
-/// The greatest common divisor (Euclid) of the distances between values: the step of which they are
-/// whole multiples. 0 if it is below a millionth or above a fiftieth of the largest distance, or if
-/// there are fewer than six distances, which may share a factor by chance.
+/// The greatest common divisor (Euclid) of distances between values: the largest step of which all
+/// distances are whole multiples. 0 if this step is below a millionth or above a fiftieth of the
+/// largest distance, or if fewer than six distances are nonzero: so few may share a factor by
+/// chance.
 double CommonStep(const std::vector<double>& distances);
 
 }  // namespace truetriad

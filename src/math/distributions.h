@@ -7,8 +7,9 @@ namespace truetriad {
 
 // Wrappers of Boost.Math that keep its headers out of other files. Arguments outside their range
 // fail a CHECK: probabilities lie strictly between 0 and 1, values of chi-square and F are >= 0,
-// degrees of freedom > 0. dof2 of FisherCdf and FisherQuantile and dof of Student may be infinite:
-// the noise is known, not estimated. NormalCdf keeps its digits in the lower tail.
+// degrees of freedom > 0. The dof2 of FisherCdf and FisherQuantile and the dof of StudentQuantile
+// may be infinite: the noise is then known, not estimated. NormalCdf keeps its digits in the lower
+// tail.
 
 double NormalCdf(double value);
 double NormalQuantile(double probability);
@@ -28,8 +29,8 @@ inline constexpr double kMadToSigma = 1.4826;
 /// σ of normal values of mean zero, from the median of their absolute values; 0 without values.
 double MadSigma(std::vector<double> values);
 
-/// The quantile at `share` (0 to 1): one of the values, the lower of two if it lies between them.
-/// There is at least one value and none is NaN.
+/// The quantile at `share` (0 to 1): one of the values; if the quantile lies between two values,
+/// the lower one. There is at least one value and none is NaN.
 double LowerQuantile(std::vector<double> values, double share);
 
 /// The middle value, or the mean of the two in the middle. At least one value, none NaN.

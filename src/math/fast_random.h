@@ -12,7 +12,7 @@ namespace truetriad {
 
 namespace ziggurat {
 
-// A byte of the random word selects the layer; 99 % of the numbers then need only one product.
+// A byte of the random word selects a layer; with 256 layers, 99 % of the numbers need one product.
 inline constexpr int kLayers = 256;
 /// Right ends of the layers, widest first, and the density exp(-x^2/2) there.
 struct Table {
@@ -34,7 +34,7 @@ extern const Table kTable;
 /// keeps to IEEE 754 and does not fuse multiplications with additions.
 class FastRandom {
  public:
-  /// Each `key` (the seed, then what the numbers are for) starts a sequence of its own.
+  /// Each `key` starts a sequence of its own: the seed, followed by the purpose of the numbers.
   explicit FastRandom(std::initializer_list<std::uint64_t> key);
 
   std::uint64_t Bits() {
@@ -73,7 +73,7 @@ class FastRandom {
   }
 
  private:
-  /// The absolute value of a number whose point `x` in `layer` is not certainly below the density.
+  /// The absolute value of a normal number, if the point `x` in `layer` may be above the density.
   double Outside(std::size_t layer, double x);
 
   std::array<std::uint64_t, 4> state_{};

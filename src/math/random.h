@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-/// Seeded random numbers of a sequence that is defined here, as that of std::normal_distribution is
-/// not; std::log may differ in its last bit between libraries.
+/// Seeded random numbers. This class defines their sequence, while std::normal_distribution would
+/// leave it to the library; only std::log may differ in its last bit between libraries.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : engine_(seed) {}

@@ -44,7 +44,7 @@ Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
   const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
   const Eigen::Vector3d vector = sign * rotation.vec();
   const double norm = vector.norm();
-  // atan2(s, c) / s -> 1 for s -> 0, and is exact to rounding below this norm.
+  // atan2(s, c) / s tends to 1 for s -> 0; below this norm it differs from 1 by less than rounding.
   if (norm < 1e-9) return 2.0 * vector;
   return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
 }
@@ -81,7 +81,8 @@ Eigen::Matrix3d RightJacobian(const Eigen::Vector3d& vector_rad) {
 Eigen::Matrix3d InverseRightJacobian(const Eigen::Vector3d& vector_rad) {
   const double angle = vector_rad.norm();
   const Eigen::Matrix3d skew = Skew(vector_rad);
-  // 1/a^2 - (1 + cos a) / (2 a sin a), in a form that does not divide by zero at half a turn.
+  // 1 / a^2 - (1 + cos a) / (2 a sin a), in a form without the division by sin a, zero at half a
+  // turn.
   const double factor = angle < kSmallAngle
                             ? 1.0 / 12.0 + angle * angle / 720.0
                             : (1.0 - 0.5 * angle / std::tan(0.5 * angle)) / (angle * angle);

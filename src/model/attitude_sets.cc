@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// World <- body with the signed body axis up and the smallest such rotation.
+/// The smallest rotation, world <- body, that points the signed body axis up.
 Eigen::Matrix3d FaceUp(int axis, double sign) {
   if (axis == 2) {
     return Eigen::Vector3d(1.0, sign, sign).asDiagonal();  // -z up: half a turn about x.
@@ -32,7 +32,7 @@ int Degrees(double angle_rad) {
   return degrees == -180 ? 180 : degrees;
 }
 
-/// "to the north", "45 deg west of north", …; an azimuth counted from north to west.
+/// "to the north", "45 deg west of north", …; `degrees`: azimuth from north, positive to the west.
 std::string HeadingInWords(int degrees) {
   const int size = std::abs(degrees);
   const std::string side = degrees > 0 ? "west" : "east";
@@ -108,7 +108,8 @@ std::vector<Eigen::Quaterniond> SpreadAttitudes(int count) {
 
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Matrix3d rotation = world_from_body.normalized().toRotationMatrix();
-  constexpr double kTie = 1e-6;  // Equal but for rounding: the first axis is named.
+  constexpr double kTie = 1e-6;  // If axes are equally steep but for rounding, the first one is
+                                 // named.
   int up = 0;
   for (int axis = 1; axis < 3; ++axis) {
     if (std::abs(rotation(2, axis)) > std::abs(rotation(2, up)) + kTie) up = axis;

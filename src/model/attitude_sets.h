@@ -25,8 +25,8 @@ std::vector<Eigen::Quaterniond> SpreadAttitudes(int count);
 
 /// An attitude in an operator's words, in whole degrees: "z up, x to the north" for the
 /// orientations of the cube, else "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west
-/// of north". The axis named as up is the one that points up most; the elevations of the other two
-/// state the tilt, and the direction of the first of them over the ground states the heading.
+/// of north". The body axis nearest to the vertical comes first. The elevations of the other two
+/// axes state the tilt, and the azimuth of the first of these two states the heading.
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body);
 
 }  // namespace truetriad

@@ -13,9 +13,9 @@
 
 namespace truetriad {
 
-/// Roll, pitch and yaw in degrees by which a board is rotated, body <- sensor, in the numbering of
-/// autopilots. MAVLink: MAV_SENSOR_ORIENTATION; ArduPilot: AP_Math/rotations.h; PX4:
-/// lib/conversion/rotation.h.
+/// The board rotations of autopilots: roll, pitch and yaw, deg, body <- sensor. The index is the
+/// rotation's number in MAVLink (MAV_SENSOR_ORIENTATION), ArduPilot (AP_Math/rotations.h) and PX4
+/// (lib/conversion/rotation.h).
 inline constexpr std::array<std::array<double, 3>, 44> kBoardRotations = {{
     {0, 0, 0},     {0, 0, 45},    {0, 0, 90},        {0, 0, 135},   {0, 0, 180},   {0, 0, 225},
     {0, 0, 270},   {0, 0, 315},   {180, 0, 0},       {180, 0, 45},  {180, 0, 90},  {180, 0, 135},
@@ -26,10 +26,10 @@ inline constexpr std::array<std::array<double, 3>, 44> kBoardRotations = {{
     {90, 180, 90}, {90, 0, 270},  {90, 68.8, 293.3}, {0, 315, 0},   {90, 315, 0},  {0, 7, 0},
     {45, 0, 0},    {315, 0, 0},
 }};
-/// PX4 has the first 41 rotations under the same numbers, and other rotations from there on.
+/// PX4 agrees in the first 41 rotations; its higher numbers stand for other rotations.
 inline constexpr std::size_t kPx4BoardRotations = 41;
 
-/// Roll, pitch and yaw of a parameter's rotation `number`; unset if not one of the first `count`.
+/// Roll, pitch and yaw, deg, of rotation `number`; unset unless it is a whole number below `count`.
 inline std::optional<Eigen::Vector3d> BoardTurnDeg(double number, std::size_t count) {
   const bool is_known = number >= 0.0 && number < static_cast<double>(count);
   if (!is_known || number != std::floor(number)) return std::nullopt;
@@ -50,7 +50,7 @@ inline Eigen::Matrix3d TurnOf(const Eigen::Vector3d& roll_pitch_yaw_deg) {
   return rotation;
 }
 
-/// The smallest angle of a board rotation above zero; autopilots cannot state a smaller one.
+/// The smallest angle above zero of all board rotations; autopilots cannot state a smaller one.
 inline double SmallestBoardTurnDeg() {
   double smallest = 180.0;
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {

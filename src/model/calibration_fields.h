@@ -22,7 +22,7 @@
 
 namespace truetriad {
 
-// The fields of everything in calibration.yaml but Quality (tree/fields.h).
+// The fields of calibration.yaml (tree/fields.h), except those of Quality (quality_fields.h).
 
 inline auto WordsOf(NoiseSource) { return std::pair(&NoiseSourceName, &NoiseSourceFromName); }
 inline auto WordsOf(Mode) { return std::pair(&ModeName, &ModeFromName); }
@@ -104,8 +104,8 @@ inline std::string_view WrongThermal(const ThermalTerms& thermal) {
 /// one of the two was edited, and it is not known which is right.
 inline std::string_view WrongCorrection(const Eigen::Matrix3d& correction,
                                         const TriadModel<double>& model) {
-  // The inverse of a matrix with condition number c reproduces the identity to c epsilon; 1e-6
-  // allows c = 1e9, far beyond any sensor, and is far below any change made on purpose.
+  // With condition number c, correction times sensitivity equals the identity to c epsilon. 1e-6
+  // allows c = 1e9, far more than any sensor has, and is far below any change made on purpose.
   constexpr double kTolerance = 1e-6;
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
     return "belongs to a sensor with a bias or sensitivity that is not finite";
@@ -159,7 +159,7 @@ void Fields(V& visit, Like<TriadNoise> auto& noise) {
   SigmaField(visit, "sigma", noise.sigma);
   visit("source", noise.source);
   visit("excess_sigma", noise.excess_sigma);
-  // An excess that was not estimated has no degrees of freedom: the key is missing.
+  // If the excess was not estimated, its degrees of freedom are infinite and the key is missing.
   if constexpr (V::kReads) noise.excess_dof = std::numeric_limits<double>::infinity();
   visit.If(std::isfinite(noise.excess_dof), "excess_dof", noise.excess_dof);
   visit.If(noise.turn_excess_sigma_rad > 0.0, "turn_excess_sigma_rad", noise.turn_excess_sigma_rad);
@@ -184,7 +184,7 @@ void Fields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("output_unit", sensor.output_unit);
   visit("bias", sensor.model.bias);
   const bool has_sensitivity = visit("sensitivity", sensor.model.sensitivity);
-  // Derived from the sensitivity, for readers and for programs that only apply a correction.
+  // Derived from the sensitivity; meant for readers and for programs that only apply a correction.
   Eigen::Matrix3d correction = sensor.model.Correction();
   if (has_sensitivity && visit("correction", correction)) {
     visit.Check("correction", [&] { return WrongCorrection(correction, sensor.model); });

@@ -12,7 +12,8 @@
 namespace truetriad {
 namespace {
 
-// Directions 6.4 deg apart: the worst is found to (3.2 deg)^2 / 2 = 0.16 %.
+// These directions are 6.4 deg apart: one is within 3.2 deg of the worst direction, where an error
+// is larger by (3.2 deg)^2 / 2 = 0.16 %.
 constexpr int kDirections = 1000;
 
 using Matrix12d = Eigen::Matrix<double, 12, 12>;
@@ -39,12 +40,12 @@ std::array<Eigen::Index, 12> PlacesOf(const NamedCovariance& covariance, Triad t
   return places;
 }
 
-/// Squares of an error: of its length, and of the angle between true and read direction.
+/// Squares of a reading's error: of its length, and of the angle between true and read direction.
 struct Squares {
   double length = 0.0, angle = 0.0;
 };
 
-/// RMS and maximum of the error over even directions; `at`(u) has the Squares of direction u.
+/// RMS and maximum of the error over evenly spread directions; `at`(u) returns the Squares at u.
 template <typename At>
 DirectionalError Over(const At& at) {
   DirectionalError error;
@@ -126,8 +127,9 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
     covariance.leftCols<3>().setZero();
   }
   const Eigen::Matrix3d correction = sensor.model.Correction();
-  // Small errors have the second moment J P J^T with J = C (v^T x I), v = (1, magnitude u). Its
-  // trace, the square of the length, is a quadratic form of v; the angle needs the part across u.
+  // Parameter errors of covariance P cause an error of the reading with the second moment J P J^T,
+  // where J = C (v^T x I), v = (1, magnitude u). The trace is the mean square of the error's
+  // length, a quadratic form of v. The angle needs the part of the error across u.
   Eigen::Matrix4d traces;
   for (Eigen::Index i = 0; i < 4; ++i) {
     for (Eigen::Index j = 0; j < 4; ++j) {

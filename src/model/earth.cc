@@ -24,17 +24,17 @@ constexpr const char* kModelName = "wmm2025";
 constexpr double kFirstYear = 2025.0;
 constexpr double kLastYear = 2030.0;  // A model is issued for five years.
 
-// One σ of the World Magnetic Model 2025, averaged over the globe and its five years. Technical
-// report of the model, "error model": dF, dI and dD = hypot(0.26, 5417 nT / H).
+// σ of the World Magnetic Model 2025, averaged over the globe and five years: dF, dI and dD =
+// hypot(0.26, 5417 nT / H) in the chapter "error model" of its technical report.
 constexpr double kStrengthSigmaUt = 0.138;
 constexpr double kDipSigmaDeg = 0.20;             // dI.
 constexpr double kDeclinationSigmaDeg = 0.26;     // dD far from the poles.
-constexpr double kDeclinationSigmaDegUt = 5.417;  // Divided by the horizontal strength.
+constexpr double kDeclinationSigmaDegUt = 5.417;  // To be divided by the horizontal strength H.
 
 // 1 nT = 1e-3 uT.
 constexpr double kUtPerNt = 1e-3;
 
-// The digits of `text` from `begin` to `end`; nullopt when something else is among them.
+// The number in characters [begin, end) of `text`; nullopt if one of them is not a digit.
 std::optional<int> Digits(std::string_view text, std::size_t begin, std::size_t end) {
   const std::string_view digits = text.substr(begin, end - begin);
   if (digits.find_first_not_of("0123456789") != std::string_view::npos) return std::nullopt;
@@ -74,7 +74,7 @@ Result<double> DecimalYear(const std::string& date) {
 }
 
 Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year) {
-  // NaN is outside, too.
+  // Written so that NaN is refused, too.
   if (!(year >= kFirstYear && year <= kLastYear)) {
     char text[32];
     std::snprintf(text, sizeof text, "%.2f", year);

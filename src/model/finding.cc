@@ -134,8 +134,8 @@ std::optional<Finding> IgnoredColumns(const std::vector<std::string>& names) {
   return Finding(FindingCode::kColumnsIgnored,
                  "the column" + std::string(names.size() > 1 ? "s " : " ") + text +
                      (names.size() > 1 ? " are ignored" : " is ignored"),
-                 has_faces ? "state `attitudes: { six_face: {} }`, which finds the face on which "
-                             "the unit stood at each rest from the readings"
+                 has_faces ? "state `attitudes: { six_face: {} }`, which finds from the readings "
+                             "on which face the unit stood at each rest"
                            : "");
 }
 

@@ -12,7 +12,7 @@ namespace truetriad {
 
 // The fields of findings and errors (tree/fields.h), in every file and output.
 
-// WordsOf(a value): the functions from a value to its name in files and back.
+// WordsOf(a value): the function from a value to its name in files, and its inverse.
 inline auto WordsOf(Triad) { return std::pair(&TriadName, &TriadFromName); }
 inline auto WordsOf(FindingCode) { return std::pair(&FindingCodeName, &FindingCodeFromName); }
 inline auto WordsOf(Severity) { return std::pair(&SeverityName, &SeverityFromName); }

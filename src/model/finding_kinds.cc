@@ -28,7 +28,7 @@ constexpr FindingKind Note(FindingCode code, Text name, Text meaning, Text remed
 constexpr FindingKind Warning(FindingCode code, Text name, Text meaning, Text remedy = "") {
   return {code, name, kWarning, kConverged, meaning, remedy, kAsk};
 }
-// A warning that in some runs is a refusal, with this outcome.
+// A warning that is a refusal in some runs, which then have this outcome.
 constexpr FindingKind WarningOr(Outcome outcome,
                                 FindingCode code,
                                 Text name,
@@ -111,7 +111,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     Note(kRowsLeftOver, "rows-left-over", "The last rows do not fill a pose and are left out"),
     Warning(kMovingReadings,
             "moving-readings",
-            "One sensor's readings change in rests where another's do not; they are left out",
+            "In some rests only one of two sensors' readings change; these are left out",
             "correct its clock, or look for iron and currents"),
     WarningOr(kNotEnough,
               kClockLag,
@@ -143,7 +143,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
          "turn without pausing between rests"),
     Note(kTurnAtKnownRate,
          "turn-at-known-rate",
-         "Turn left out: its readings are used for a known rate"),
+         "Turn left out: a known rate was held during it, and its readings are used for that rate"),
     Warning(kTurnCut,
             "turn-cut",
             "Known turn left out: it begins or ends while the unit still turns",
@@ -312,8 +312,8 @@ constexpr auto kKinds = std::to_array<FindingKind>({
             kHandsOff),
     Warning(kRejectedPoses,
             "rejected-poses",
-            "Poses or turns of a sensor disagree with all others and are left out; one, or "
-            "up to 5 %, is a note",
+            "Poses or turns of a sensor disagree with all others and are left out; a note if only "
+            "one or up to 5 %",
             "check what was different there"),
     WarningOr(
         kNotConverged,
@@ -470,7 +470,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
          "All poses are at one temperature: no temperature terms were chosen"),
     Note(kStaticTemperature,
          "static-temperature",
-         "The static calibration of a sweep was not made at its reference temperature"),
+         "A sweep's static calibration was not recorded at its own reference temperature"),
     Note(kHeldAtReference,
          "held-at-reference",
          "Bias and sensitivity at the reference temperature are held: the sweep's attitudes are "
@@ -479,7 +479,7 @@ constexpr auto kKinds = std::to_array<FindingKind>({
     WarningOr(kNotEnough,
               kGravityMissed,
               "gravity-missed",
-              "With the static calibration, the sweep's acceleration differs from gravity",
+              "The sweep's acceleration, corrected by the static calibration, differs from gravity",
               "calibrate again at one temperature"),
     Note(kTermsLeftOut, "terms-left-out", "Terms of a sweep were left out"),
     Warning(kSweepUnexplained,

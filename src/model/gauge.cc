@@ -17,8 +17,8 @@ constexpr NamedValues<Gauge, 4> kGauges = {{
     {Gauge::kFixture, "fixture"},
 }};
 
-// Column `first` of the rotation lies along row `first` of the sensitivity, column `second` in the
-// plane of the two rows; the last completes a right-handed frame.
+// Column `first` of the rotation lies along row `first` of the sensitivity, and column `second` in
+// the plane of rows `first` and `second`. The third column completes a right-handed frame.
 Eigen::Matrix3d TriangularRotation(const Eigen::Matrix3d& sensitivity,
                                    int first,
                                    int second,
@@ -36,8 +36,8 @@ Eigen::Matrix3d TriangularRotation(const Eigen::Matrix3d& sensitivity,
   return rotation;
 }
 
-// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. For a left-handed triad the smallest
-// eigenvalue has the other sign, which gives the smallest of the proper rotations.
+// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. If the triad is left-handed, the smallest
+// eigenvalue gets the other sign, which gives the smallest proper rotation.
 Eigen::Matrix3d SymmetricRotation(const Eigen::Matrix3d& sensitivity, double axis_sign) {
   const Svd3 svd = SvdOf3(sensitivity);
   Eigen::Vector3d signs = Eigen::Vector3d::Constant(axis_sign);
@@ -68,9 +68,9 @@ Eigen::Matrix3d GaugeRotation(Gauge gauge,
   return Eigen::Matrix3d::Identity();
 }
 
-// S' = S Q, dS' = dS Q + S' [omega]_x. With M = S'^-1 dS Q, a triangular S' requires the other
-// triangle of M + [omega]_x to vanish. A symmetric S' = P requires D + P [omega]_x to be symmetric
-// with D = dS Q, that is (tr(P) I - P) omega = -vee(D - D^T).
+// S' = S Q changes by dS' = dS Q + S' [omega]_x. S' stays triangular if the other triangle of M +
+// [omega]_x vanishes, with M = S'^-1 dS Q. S' = P stays symmetric if D + P [omega]_x is symmetric,
+// with D = dS Q: then (tr(P) I - P) omega = -vee(D - D^T).
 Eigen::Matrix<double, 3, 9> GaugeRotationJacobian(Gauge gauge,
                                                   const Eigen::Matrix3d& leading_sensitivity,
                                                   const Eigen::Matrix3d& rotation) {

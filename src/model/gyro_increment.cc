@@ -15,12 +15,13 @@ namespace {
 // A 3x3 matrix, column by column, with one more number so that it fills whole registers.
 using Padded = Eigen::Matrix<double, 10, 1>;
 
-// Sums over the readings of the matrix `by_rate` (Turning) times the factor by which a parameter
-// changes the rate.
+// Sums over the readings of the matrix `by_rate` (Turning), each times the factor with which a
+// parameter enters the rate.
 struct Sums {
-  // by_rate times 1, the rates x y z, the forces x y z.
+  // Columns: sums of by_rate times 1, rate x y z, force x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
-  // For axes with terms: the sums for bias, forces and terms, divided by the slope at each reading.
+  // If axes have terms: sums for bias, forces and terms, each reading divided by its slope d raw /
+  // d u.
   Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_force{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
@@ -42,10 +43,10 @@ struct Sensor {
   const GyroModel& model;
   Eigen::Matrix3d correction;
   Eigen::Vector3d variance_raw;
-  Eigen::Matrix3d noise;  // Covariance of a rate without axis terms.
+  Eigen::Matrix3d noise;  // Covariance of a reading's rate without axis terms.
 };
 
-// Adds one reading: a change of its rate by d turns the whole rotation by by_rate * d.
+// Adds one reading. If its rate changes by d, the whole rotation turns by by_rate * d.
 void AddReading(const Sensor& sensor,
                 const Eigen::Matrix3d& by_rate,
                 const Eigen::Vector3d& rate_radps,
@@ -78,7 +79,7 @@ void AddReading(const Sensor& sensor,
   sums->noise += by_reading * sensor.variance_raw.asDiagonal() * by_reading.transpose();
 }
 
-// Rates of up to four readings in a row: the one before a step, both of its ends, the one after.
+// Rates and slopes at both ends of a step; a slope needs the readings before and after its end.
 class RateWindow {
  public:
   RateWindow(const GyroReadings& readings, const GyroModel& model)
@@ -98,8 +99,8 @@ class RateWindow {
     }
     const bool is_last = first + 2 >= readings_.time_s.size();
     after_ = is_last ? end_ : RateOf(first + 2);
-    // Slope from the neighbours; zero at the first and last reading, where the unit rests. The
-    // weighted difference for uneven steps is not used: it amplifies noise beside a gap.
+    // Difference of both neighbours; zero at the first and last reading, where the unit rests.
+    // Uneven steps are not weighted: this would amplify noise beside a gap.
     slope_end_.setZero();
     const std::span<const double> time = readings_.time_s;
     if (!is_last && time[first + 2] > time[first]) {
@@ -131,9 +132,9 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
-// How the rate of each instantaneous reading turns the whole rotation, in the frame at its begin:
-// the derivatives of RateWindow::InstantaneousStep. A reading enters the two steps beside it and,
-// through the slopes, one more on each side.
+// Derivatives of the whole rotation, in the frame at its begin, by the rate of each instantaneous
+// reading (RateWindow::InstantaneousStep). A reading affects the two steps beside it and, through
+// the slopes, one further step on each side.
 class Turning {
  public:
   struct Reading {
@@ -144,7 +145,7 @@ class Turning {
   explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
 
   // Adds the step that ends at reading `i`; a change of the step by d turns the whole rotation by
-  // by_step * d. The step completes the reading i - 2.
+  // by_step * d. Reading i - 2 is then complete.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
     const double square = step_s * step_s / 12.0;
@@ -227,7 +228,7 @@ GyroIncrement IntegrateMove(const GyroReadings& readings,
     const double step_s = readings.time_s[i] - readings.time_s[i - 1];
     const Eigen::Vector3d step =
         is_mean ? Eigen::Vector3d(step_s * rates.end()) : rates.InstantaneousStep(step_s);
-    // A change of the step by d turns the whole rotation by J_l(step) d, in the frame at its begin.
+    // A change of the step by d is a turn by J_l(step) d in the frame at the step's begin.
     Eigen::Matrix3d by_step;
     by_step.noalias() = turned.lazyProduct(RightJacobian(-step));
     if (is_mean) {

@@ -21,7 +21,7 @@ enum class RateSampling {
 /// recorded.
 struct GyroMove {
   std::vector<double> time_s;                ///< Ascending; equal times count once.
-  std::vector<Eigen::Vector3d> reading_raw;  ///< As many as times.
+  std::vector<Eigen::Vector3d> reading_raw;  ///< One per time.
   /// Specific force at the same times, m/s^2, body frame; empty when there is no g-sensitivity.
   std::vector<Eigen::Vector3d> force_mps2;
 };
@@ -33,11 +33,11 @@ struct GyroReadings {
   std::span<const Eigen::Vector3d> force_mps2;
 };
 
-/// A gyroscope: raw of triad_model.h + G f, f the specific force.
+/// A gyroscope: its reading is raw of triad_model.h plus G f, f being the specific force.
 struct GyroModel {
-  TriadModel<double> triad;                                 ///< No axis terms of other sensors.
+  TriadModel<double> triad;                                 ///< Without other sensors' axis terms.
   Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
-  bool is_bent = false;  ///< Has axis terms; else they are zero and not estimated.
+  bool is_bent = false;  ///< It has axis terms; if not, they are zero and not estimated.
 };
 
 /// The rotation that a gyroscope measured, and its derivatives by the gyroscope's parameters:
@@ -54,22 +54,22 @@ struct GyroIncrement {
   /// In rad per unit of the term; zero without is_bent.
   PerAxisTerm<Eigen::Matrix3d> by_axis_term =
       PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
-  /// Covariance of the error at the end, in the body frame there, rad^2, for readings with
+  /// Covariance of the rotation's error in the body frame at the end, rad^2, if the readings have
   /// independent errors of the stated sigma.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   double duration_s = 0.0;
 };
 
 /// Integrates the readings in one pass, after Forster et al. 2017 but with all entries of the
-/// matrix as parameters. Between instantaneous readings the rate w is a cubic through both with
-/// slopes s from their neighbours; the first term of the Magnus series accounts for its change of
-/// direction,
+/// sensitivity as parameters. Between two instantaneous readings the rate w is a cubic whose slopes
+/// s follow from the neighbouring readings. The first term of the Magnus series accounts for the
+/// change of the rate's direction:
 ///
-///   Log = (w0 + w1) dt / 2 + (s0 - s1 + w0 x w1) dt^2 / 12,
+///   Log = (w0 + w1) dt / 2 + (s0 - s1 + w0 x w1) dt^2 / 12.
 ///
-/// so that the error is of order dt^4, coning included. On even steps the sum of the slopes' terms
-/// vanishes for a fixed axis: they add no noise. `sigma_raw`: of one reading, per axis.
-/// Range: at least one reading, S regular.
+/// The error is of order dt^4, coning included. If steps are even and the axis is fixed, the terms
+/// of the slopes sum to zero and add no noise. `sigma_raw`: σ of one reading, per axis. Range: at
+/// least one reading, S regular.
 GyroIncrement IntegrateMove(const GyroReadings& readings,
                             const GyroModel& model,
                             const Eigen::Vector3d& sigma_raw,

@@ -21,10 +21,10 @@ double HeadingOf(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& f
   return std::atan2(-west.x(), north.x());
 }
 
-/// Derivative of the heading by specific force and field, by central differences with a relative
-/// step of 1e-6.
+/// Derivative of the heading with respect to specific force and field: central differences with a
+/// relative step of 1e-6.
 RowVector6d Slope(const Eigen::Vector3d& specific_force, const Eigen::Vector3d& field) {
-  // Rounding, 1e-16 / 1e-6, and curvature, 1e-12, are both below 1e-9 of the slope.
+  // Relative errors of the slope: 1e-10 (1e-16 / 1e-6) by rounding, 1e-12 by curvature.
   constexpr double kStep = 1e-6;
   RowVector6d slope;
   for (int i = 0; i < 6; ++i) {

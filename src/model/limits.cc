@@ -114,7 +114,7 @@ Result<LimitName> ParseLimitName(const std::string& name) {
   parsed.component = name.substr(second + 1);
   const std::vector<std::string> components = ComponentsOf(found->shape);
   if (std::find(components.begin(), components.end(), parsed.component) == components.end()) {
-    std::string known = "none: it is one number";
+    std::string known = "none, since it is one number";
     for (const std::string& each : components) {
       known = &each == &components.front() ? each : known + ", " + each;
     }

@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-// The first entry only keeps an array from being empty.
+// The first entry, which is skipped below, only keeps an array from being empty.
 namespace codes {
 using enum FindingCode;
 #define MECHANISM(id, name, does, ...) \

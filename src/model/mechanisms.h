@@ -35,8 +35,8 @@ Mechanism MechanismOf(FindingCode code);
 
 #ifdef TRUETRIAD_MECHANISMS
 inline constexpr bool kCountsMechanisms = true;
-// Asked where a change is applied, `if (condition && Acts(Mechanism::kKnocks))`; records the
-// change, and is false if the mechanism is switched off.
+// Asked where a change is applied: `if (condition && Acts(Mechanism::kKnocks))`. False if the
+// mechanism is switched off; else records that it acted and is true.
 bool Acts(Mechanism mechanism);
 #else
 inline constexpr bool kCountsMechanisms = false;
@@ -45,9 +45,9 @@ constexpr bool Acts(Mechanism) { return true; }
 
 // The mechanisms that acted in this thread since the last call, in the order of Mechanism.
 std::vector<Mechanism> TakeActed();
-// Switches a mechanism for this thread; the environment variable TRUETRIAD_WITHOUT=NAME[,NAME]
-// switches off for all threads. When a process ends, it appends a line with the names of the
-// mechanisms that acted to the file TRUETRIAD_MECHANISMS_LOG.
+// Switches a mechanism off or on for this thread; the environment variable
+// TRUETRIAD_WITHOUT=NAME[,NAME] switches mechanisms off for all threads. When a process ends, it
+// appends a line with the names of the mechanisms that acted to the file TRUETRIAD_MECHANISMS_LOG.
 void SwitchMechanism(Mechanism mechanism, bool is_off);
 
 // Removes refusals whose mechanism is switched off.

@@ -126,7 +126,7 @@ template <class V>
 void Fields(V& visit, Like<LimitCheck> auto& check) {
   visit("name", check.name);
   visit.If(!check.component.empty(), "component", Word{check.component});
-  // A symmetric limit is one number, as all limits were before they had two sides.
+  // A symmetric limit is written as one number, as in older files, which had no other limits.
   double most = check.limit.upper;
   if (visit.If(check.limit.IsAboutZero(), "limit", most)) {
     if constexpr (V::kReads) check.limit = Limit::Within(most);
@@ -305,7 +305,8 @@ void Fields(V& visit, Like<Quality> auto& quality) {
   visit.If(!rests.clock_offsets.empty(), "clock_offsets", rests.clock_offsets);
   if (!rests.sessions.empty()) {
     visit.Comment(
-        "Bias x y z of each session and its sigma; a sensor's bias is the mean of its sessions'.");
+        "Bias x y z of each session and its sigma; a sensor's bias is their mean over its "
+        "sessions.");
   }
   visit.If(!rests.sessions.empty(), "sessions", rests.sessions);
   visit.If(!rests.repeatability.empty(), "bias_repeatability", rests.repeatability);

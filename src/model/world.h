@@ -24,8 +24,8 @@ inline Eigen::Vector3d FieldInWorld(double field_ut, double dip_rad, double head
                                     -std::sin(dip_rad));
 }
 
-/// Earth rate, rad/s: Ω (cos φ cos D, cos φ sin D, sin φ). Latitude φ is positive in the north, the
-/// declination D where magnetic north lies east of true north.
+/// Earth rate, rad/s: Ω (cos φ cos D, cos φ sin D, sin φ). Latitude φ is positive in the north;
+/// declination D is positive if magnetic north lies east of true north.
 inline Eigen::Vector3d EarthRateInWorld(double latitude_rad,
                                         double declination_rad,
                                         double rate_radps = kEarthRateRadps) {

@@ -26,21 +26,21 @@
 namespace truetriad {
 namespace {
 
-// Noise and starts are settled on a chain no finer than this, which loses nothing: each reading is
+// Least spacing of the chain on which noise and starts settle. Nothing is lost: each reading is
 // turned to its nearest node, and a hand's accelerations stay correlated much longer.
 constexpr double kSettlingSpacingS = 0.1;
 // Chosen: number of rounds after which Settle keeps the noise and the clocks that it has.
 constexpr int kMaxRounds = 20;
-// Settling ends after more iterations; a chain that determines its parameters takes a hundred.
+// Most solver iterations of Settle; a chain that determines its parameters takes a hundred.
 constexpr int kMaxIterations = 500;
 // A density that changes by less than 2 % changes σ by less than 1 %: it has settled.
 constexpr double kSettledNoise = 0.02;
 // A clock that changes by less than this share of its σ has settled.
 constexpr double kSettledClock = 0.1;
-// χ² of a short step, about one σ for each of some twenty unknowns: a single Gauss-Newton step then
-// replaces the solver.
+// If the χ² of the next step is smaller, about one σ for each of some twenty unknowns, a single
+// Gauss-Newton step replaces the solver.
 constexpr double kNearChi2 = 20.0;
-// Largest share of the duration: with a larger clock error readings are of another recording.
+// Largest clock error, as a share of the duration: with a larger one, readings cannot be related.
 constexpr double kMostClockError = 0.01;
 // A clock is reported as ahead from this many σ on: chance exceeds 4 σ once in 16,000.
 constexpr double kSaidClockError = 4.0;
@@ -55,7 +55,7 @@ struct MotionRun {
   std::vector<Moment> moments;  // of the graph's nodes
   MotionNoiseState noise;
   SolveLog log;
-  PerTriad<double> clock_sigma_s{};  // of MotionTrack::ahead_s
+  PerTriad<double> clock_sigma_s{};  // σ of MotionTrack::ahead_s
   int rounds = 0;
 };
 
@@ -76,7 +76,7 @@ void Rebuild(const MotionTrack& track,
   WeighMoments(run->noise.noise, track, run->moments, &run->graph);
 }
 
-// Gathers the readings again by the present model of the gyroscope; robust weights stay.
+// Gathers the readings again with the present gyroscope model; keeps the robust weights.
 void GatherAgain(const CalibrateOptions& options,
                  double spacing_s,
                  MotionTrack* track,
@@ -119,7 +119,7 @@ MotionRun FirstFit(const PoseSet& poses,
   return run;
 }
 
-// Corrects clocks that are ahead. Returns the largest change over its σ.
+// Corrects the vector sensors' clocks. Returns the largest change of a clock, in its σ.
 double UpdateClocks(MotionTrack* track, MotionRun* run) {
   double change = 0.0;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {

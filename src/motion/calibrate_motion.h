@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// Calibrate for a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors
-// as Calibrate; `summary` already holds what the options state.
+// Calibrates a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors:
+// those of Calibrate. `summary` already holds what the options state.
 Status CalibrateMotion(const PoseSet& poses,
                        const CalibrateOptions& options,
                        CalibrationSummary* summary);

@@ -15,13 +15,13 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// A long-run ratio must exceed 1 by this many sampling errors: by chance once in 30,000.
+// A long-run ratio must exceed 1 by this many sampling errors, which chance causes once in 30,000.
 constexpr double kBelievedCorrelation = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Chosen: least density as a share of that from the readings' differences, a part of which is
-// rounding that does not add up in an integral.
+// Chosen: least density, as a share of the density that the readings' differences show. A part of
+// the latter is rounding, which does not accumulate in an integral.
 constexpr double kSeenShare = 0.5;
 
 // Least noise as a share of the signal, for readings without noise, which still need weights.
@@ -57,7 +57,8 @@ IncrementEdge TurnFrom(std::size_t from,
   if (graph.layout.g_sensitivity >= 0) {
     edge.accelerometer_raw = track.AccelerometerBetween(moments[from], moments[from + 1]);
   }
-  // Two successive turns share a reading; their noise follows from their duration (WeighMoments).
+  // Two successive turns share a reading: their noise is not that of their readings, but follows
+  // from their duration (WeighMoments).
   edge.sigma_raw.setZero();
   edge.Integrate(graph.layout, graph.shared.data());
   return edge;
@@ -79,8 +80,8 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   return sigma;
 }
 
-// 1 + 2 sum of the autocorrelations, as far as they stay positive in pairs (Geyer 1992); 1 unless
-// that exceeds 1 by kBelievedCorrelation sampling errors.
+// 1 + 2 sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
+// If this does not exceed 1 by kBelievedCorrelation sampling errors, the ratio is 1.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
@@ -103,7 +104,7 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
-// Whitened residuals of one sensor (for the gyroscope: of the turns), and of each the share that
+// Whitened residuals of one sensor (for the gyroscope: of the turns), and the share of each that
 // the attitudes do not absorb, 1 - leverage. One column per moment; zero without a reading.
 struct Residuals {
   Eigen::Matrix3Xd value, left;
@@ -139,7 +140,7 @@ PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& sys
   return all;
 }
 
-// Robust weights of one sensor by the length of each residual over their median length.
+// Robust weights of one sensor, from the length of each residual over the median length.
 void Weigh(const RobustOptions& robust,
            Triad triad,
            const Residuals& residuals,
@@ -287,9 +288,9 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       // Readings without noise still need weights.
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
-      // Nor can a turn be known better than its readings' own noise allows, however well a chain of
-      // attitudes fits it: if several sensors share one chain, the variance estimate of one of them
-      // otherwise collapses to zero now and then.
+      // No turn is known better than its readings' own noise allows, however well a chain of
+      // attitudes fits it. Without this bound, if several sensors share a chain, the variance
+      // estimate of one of them now and then collapses to zero.
       state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
                                         .cwiseMax(kSeenShare * state.noise.density[triad]);
     }
@@ -322,7 +323,7 @@ double UpdateMotionNoise(const RobustOptions& robust,
     state->correlation[triad] = LongRunRatio(of_triad.value);
     if (triad == Triad::kGyroscope && !state->is_carried) {
       // The attitudes absorb the gyroscope's fast noise, not the slow: even white noise leaves
-      // correlated residuals, of long-run ratio 1 / share.
+      // correlated residuals, whose long-run ratio is 1 / share.
       const double share = left / static_cast<double>(of_triad.left.size());
       state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
     }

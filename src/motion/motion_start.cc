@@ -14,16 +14,17 @@
 namespace truetriad {
 namespace {
 
-// Means over this time take the place of rests: a unit in the hand turns by a few degrees in it.
+// Means over this time replace rests: a unit in the hand turns by a few degrees meanwhile.
 constexpr double kMeanS = 0.1;
 // Time in which a direction changes much more than its noise, and the gyroscope hardly drifts.
 constexpr double kTurnS = 0.8;
-// Chosen: far more than the start's parameters need; a longer recording is thinned to as many.
+// Chosen: limits the number of means, to far more than the start's parameters need.
 constexpr std::size_t kMostMeans = 500;
-// Chosen: share of the attitude error seen by the vector sensors that each node corrects.
+// Chosen: at each node this share of the attitude error that the vector sensors show is corrected.
 constexpr double kDrawn = 0.1;
 
-// The nodes as poses, with the means of the vector sensors' readings about each, not turned to it.
+// The nodes as poses, with the means of the vector sensors' readings about each node; readings are
+// not turned to the node.
 PoseSet MeansOf(const PoseSet& poses,
                 const std::vector<Moment>& nodes,
                 const MotionTrack& track,

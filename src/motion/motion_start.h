@@ -14,8 +14,8 @@
 namespace truetriad {
 
 // Start values of a unit that never rests: of the vector sensors from short means in place of
-// rests, of the gyroscope from how the leading sensor's direction turned in the body. Errors as
-// FindStartValues.
+// rests, of the gyroscope from how the leading sensor's direction turned in the body. Errors: those
+// of FindStartValues.
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track);

@@ -14,12 +14,12 @@
 namespace truetriad {
 namespace {
 
-// Zero if no two times differ.
+// Usual interval of the times, s; zero if no two of them differ.
 double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
-// Sums over the readings at one node of their distances from it in time and in angle.
+// Sums over the readings at one node: their distances from the node in time and in angle.
 struct TurnSums {
   double time = 0.0, squared = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -29,7 +29,7 @@ struct TurnSums {
     squared += since_s * since_s;
     moment += since_s * angle_rad;
   }
-  // The constant rate that fits the turns by least squares.
+  // The constant rate that fits the turns by least squares; null if there is no turn.
   std::shared_ptr<const Turning> TurningOf(int count, const TriadModel<double>& gyroscope) const {
     if (!(moment.squaredNorm() > 0.0)) return nullptr;
     const Eigen::Vector3d rate_radps = moment / squared;
@@ -75,7 +75,7 @@ Result<MotionTrack> MotionTrack::Of(const PoseSet& poses, const PerTriad<bool>& 
     return 1e-9 * static_cast<double>(time_ns - begin_ns);
   };
   for (std::size_t i = 0; i < gyroscope.time_ns.size(); ++i) {
-    // Of readings at equal times the first counts.
+    // If readings have equal times, only the first counts.
     if (i > 0 && gyroscope.time_ns[i] <= gyroscope.time_ns[i - 1]) continue;
     track.time_s_.push_back(seconds(gyroscope.time_ns[i]));
     track.rate_raw_.push_back(gyroscope.reading_raw[i]);
@@ -121,7 +121,7 @@ void MotionTrack::FindUntoldSteps(const std::vector<Span>& excluded) {
 }
 
 void MotionTrack::BreakBefore(double time_s) {
-  // Half a nanosecond, by which the joint's time may be rounded.
+  // The joint's time may be rounded by half a nanosecond.
   const auto after = std::lower_bound(time_s_.begin(), time_s_.end(), time_s - 5e-10);
   if (after == time_s_.begin() || after == time_s_.end()) return;
   is_untold_[static_cast<std::size_t>(after - time_s_.begin()) - 1] = true;
@@ -130,7 +130,7 @@ void MotionTrack::BreakBefore(double time_s) {
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Vectors& readings = vectors_[Triad::kAccelerometer];
   const Eigen::Matrix3d correction = accelerometer.Correction();
-  std::vector<double> stamped_s = time_s_;  // the gyroscope's times by its clock
+  std::vector<double> stamped_s = time_s_;  // the gyroscope's times; next: by the other clock
   for (double& at_s : stamped_s) at_s += ahead_s_[Triad::kAccelerometer];
   accelerometer_raw_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
   force_mps2_ = accelerometer_raw_;
@@ -166,7 +166,7 @@ std::vector<Moment> MotionTrack::NodesEvery(double spacing_s) const {
 std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
   std::vector<Moment> nodes = NodesEvery(spacing_s);
 
-  // Rotation from the last node before every reading to the reading.
+  // For every reading: the rotation from the last node before it to the reading.
   std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());
   const Eigen::Matrix3d correction =
       gyroscope != nullptr ? gyroscope->triad.Correction() : Eigen::Matrix3d::Zero();

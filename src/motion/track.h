@@ -18,10 +18,11 @@ namespace truetriad {
 struct GatheredReadings {
   int count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  // Mean of R_reading^T R_node: turns a vector in the body at the node to that at the readings.
+  // Mean of R_reading^T R_node: maps a vector in the body at the node to its mean in the body at
+  // the readings.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
-  // The rate that `turn` was computed with, by which `turn` follows the gyroscope's parameters;
-  // null if no turn is known.
+  // The rate from which `turn` was computed; with it, `turn` follows the gyroscope's parameters.
+  // Null if no turn is known.
   std::shared_ptr<const Turning> turning;
   double weight = 1.0;  // robust
 };
@@ -31,7 +32,7 @@ struct Moment {
   std::size_t reading = 0;  // index of the gyroscope's reading
   GatheredReadings accelerometer, magnetometer;
   bool is_linked = false;  // the gyroscope measured the turn to the next node
-  double weight = 1.0;     // robust, of that turn
+  double weight = 1.0;     // robust weight of that turn
 
   const GatheredReadings& seen(Triad triad) const {
     return triad == Triad::kMagnetometer ? magnetometer : accelerometer;
@@ -45,15 +46,16 @@ struct Moment {
 // time.
 class MotionTrack {
  public:
-  // A track of the gyroscope and the wanted vector sensors. Error (bad input): a sensor of these
-  // has no readings at two times.
+  // A track of the gyroscope and the wanted vector sensors. Error (bad input): one of these sensors
+  // has no readings at two different times.
   static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
-  // A chain with a node every `spacing_s`; `gyroscope` turns the readings to their node (null: not
-  // at all). Turns that it did not measure (a gap) break the chain.
+  // A chain with a node every `spacing_s`. Readings are turned to their node by `gyroscope` (null:
+  // not turned). The chain is broken where the gyroscope did not measure the turn (gaps) and at
+  // joints.
   std::vector<Moment> Gather(double spacing_s, const GyroModel* gyroscope) const;
 
-  // The gyroscope's readings from `node` to the one after it.
+  // The gyroscope's readings from `node` to the next node.
   GyroReadings Between(const Moment& node, const Moment& next) const;
   // The accelerometer's readings at the times of Between, once SetForces was called.
   std::vector<Eigen::Vector3d> AccelerometerBetween(const Moment& node, const Moment& next) const {

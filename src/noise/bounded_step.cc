@@ -13,7 +13,7 @@ namespace {
 
 // Least score, over its σ, for which a component leaves its limit; less is rounding.
 constexpr double kNoPull = 1e-9;
-// Passes per component at most: 3 n, as of Lawson and Hanson's own program.
+// Most passes for n components: 3 n, as in Lawson and Hanson's own program.
 constexpr Eigen::Index kMostFreed = 3;
 
 Eigen::VectorXd BalanceOf(const Eigen::MatrixXd& information) {
@@ -36,8 +36,8 @@ Eigen::VectorXd SolveFor(const std::vector<Eigen::Index>& free,
   return solved;
 }
 
-// Moves x, whose `free` components are above zero or about to be, towards their solution; a
-// component that reaches zero on the way leaves `free`.
+// Moves the `free` components of x to the solution without limits. If a component reaches zero on
+// the way, it leaves `free`, and the others move on.
 void GoTo(const Eigen::MatrixXd& information,
           const Eigen::VectorXd& right,
           std::vector<Eigen::Index>* free,

@@ -9,8 +9,8 @@ namespace truetriad {
 // and of magnetometers (uT^2) differ by so much that elimination would take small pivots for zeros.
 Eigen::MatrixXd BalancedInverse(const Eigen::MatrixXd& information);
 
-// The step to the maximum of a likelihood with this score and (positive definite) information that
-// takes no component below its limit (≤ 0),
+// The step to the maximum of a likelihood with this score and (positive definite) information,
+// among the steps with no component below its limit (≤ 0),
 //
 //   max score^T d - 1/2 d^T information d      d >= limit
 //

@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-// Noise beyond what the samples of a pose or a turn show themselves: of each triad's pose means, of
+// Noise beyond that which the samples inside a pose or a turn show: of each triad's pose means, of
 // the gyroscope's means at known rates, and of the turns between poses.
 enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
 inline constexpr std::size_t kNoiseComponents = 5;  // the values of NoiseComponent
@@ -46,11 +46,11 @@ struct ExcessVariance {
   double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
 };
 
-// The component of an observation; unset if its noise is stated.
+// The component of an observation; unset for a moment of motion and the mean rate of a turn.
 std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
 
-// Sets every observation's variance to rest + S (excess + that of a known rate) S^T at the graph's
-// sensitivities, and every turn's to that of its readings + excess + the stated one.
+// Sets the variance of every observation to rest + S (excess + known rate's variance) S^T, S being
+// the graph's sensitivity, and that of every turn to readings' variance + excess + stated variance.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
 // Mean variance without excess of a component's accepted observations, true unit squared.
@@ -68,7 +68,7 @@ struct VariancePart {
   bool rejected = false;
 };
 
-// All parts, in the order of the factors. `unit` is at the graph's sensitivities.
+// All parts, in the order of the factors. `unit` is computed with the graph's sensitivities.
 std::vector<VariancePart> PartsOf(const PoseGraph& graph);
 
 }  // namespace truetriad

@@ -9,15 +9,15 @@
 
 namespace truetriad {
 
-// With the score q = (P r) of one observation and its block A of P, deleting it changes χ² by q^T
-// A^+ q. Its residual against the prediction from all others is A^-1 q with covariance A^-1 (at its
-// present weight); restoring its own variance to weight 1 makes the test independent of the robust
-// step.
+// Let q be the part of P r of one observation, and A its block of P. Deleting the observation
+// changes χ² by q^T A^+ q. Its residual against the prediction from all others is A^-1 q, with
+// covariance A^-1 at its present weight. The test uses its variance at weight 1, so that the robust
+// step has no effect.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
   std::vector<DeletionTest> tests;
   for (const VariancePart& part : PartsOf(graph)) {
     const ReducedSystem::Factor& factor = system.factors()[part.factor];
-    // In units of the observation's own standard deviation, so that eigenvalues compare.
+    // In units of the observation's own standard deviation, so that eigenvalues are within 0 to 1.
     const Eigen::Matrix3d root = CholeskyRoot(part.variance / part.weight);
     const Eigen::Matrix3d A =
         root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
@@ -27,7 +27,7 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.values[axis];
-      // Below this the fit needs the observation to determine something, so it cannot be tested.
+      // If smaller, only this observation determines some parameter, so that it cannot be tested.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
       // An eigenvalue exceeds 1 only by rounding.

@@ -13,11 +13,11 @@ namespace truetriad {
 // by 1000 * 1e-8 = 1e-5 σ), but its pose stays determined.
 inline constexpr double kRejectedWeight = 1e-8;
 
-// Test of one triad at one pose, or of one turn, against the prediction from all others: χ² of the
-// deletion residual, with `rank` degrees of freedom (those that the pose's unknowns leave).
+// Test of one triad at one pose, or of one turn, against the prediction from all other readings: χ²
+// of the deletion residual, with `rank` degrees of freedom (those that the pose's unknowns leave).
 struct DeletionTest {
   NoiseComponent component = NoiseComponent::kAccelerometer;
-  std::size_t node = 0;         // of a turn: its first
+  std::size_t node = 0;         // of a turn: its first node
   std::size_t observation = 0;  // of a turn: the index of its increment
   double chi2 = 0.0;
   int rank = 0;

@@ -26,7 +26,7 @@ namespace {
 constexpr int kMaxNoiseRounds = 15;
 // Passes, each after a new integration of the turns; a second is rare, a third rarer.
 constexpr int kMostNoisePasses = 3;
-// From this σ on, 11 degrees, a turn determines nothing of a sensor worth calibrating.
+// A turn with a larger σ than this, 11 degrees, determines nothing of a sensor worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
 // From this round on rejected observations stay rejected, so that rounds end.
 constexpr int kReadmittingRounds = 5;
@@ -44,10 +44,10 @@ constexpr double kSettledExcess = 1e-3;
 constexpr int kMinRobustDof = 6;
 // With fewer degrees of freedom the σ of an estimated excess is over twice its value.
 constexpr double kLeastExcessDof = 0.5;
-// σ with which an unknown noise starts, as a share of the field strength.
+// σ with which an unknown noise starts, as a share of the component's typical signal.
 constexpr double kFirstNoiseShare = 1e-3;
 
-// Variance of a noise that is a share of a component's typical signal.
+// Variance of a noise whose σ is this share of a component's typical signal.
 double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& graph) {
   const std::optional<Triad> triad = TriadOf(component);
   const bool is_field = triad && *triad != Triad::kGyroscope;
@@ -55,7 +55,7 @@ double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& gr
   return sigma * sigma;
 }
 
-// Least excess: without rest noise the excess is the whole noise, which exact data would make zero.
+// Least excess: without rest noise the excess is the whole noise, which is zero for exact data.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
@@ -91,9 +91,9 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
   return least;
 }
 
-// Residuals that other unknowns explain as well (the tilt of a six-face block, say) contain no
-// information on the excess, so that its estimate and all σ from it would be arbitrary. Such
-// components are dropped one by one: of two with a determined sum, one is determined alone.
+// If other unknowns (the tilt of a six-face block, say) explain the residuals as well, the estimate
+// of an excess and all σ from that would be arbitrary. Such components are dropped one by one: if
+// only the sum of two is determined, one of them is determined without the other.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
@@ -124,8 +124,8 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
   }
 }
 
-// First guess of each excess: the one with which the median deletion test equals the median of its
-// χ². Up to half of the poses may be disturbed with little influence on it.
+// First guess of each excess: that for which the median of the deletion tests equals the median of
+// χ². Even if almost half of the poses are disturbed, the guess changes little.
 void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   const std::vector<DeletionTest> tests = DeletionTests(*graph, *system);
   const ExcessVariance floor = ExcessFloor(*noise, *graph);
@@ -158,8 +158,9 @@ bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
   });
 }
 
-// If an excess is undetermined without its rejected observations, an unknown noise rejected them:
-// they return, and this component is tested no more. Returns whether there was such a component.
+// If a component's excess is undetermined without its rejected observations, an unknown noise
+// rejected these: they return, and the component is not tested again. Returns whether one was
+// found.
 bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
                                const PoseGraph& graph,
                                UnknownNoise* unknown) {
@@ -173,9 +174,9 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
   return readmits;
 }
 
-// Takes Gauss-Newton steps from a system that was made at the graph's state until they are small,
-// as long as each lowers the cost as predicted; otherwise it restores the graph and returns false.
-// On success `system` is of the graph. The optimiser computes the last solution in any case.
+// Takes Gauss-Newton steps until they are small; `system`: of the graph, before and after. If a
+// step cannot be taken or does not lower the cost as predicted, or steps stay large, restores the
+// graph, but not `system`, and returns false. The optimiser computes the last solution in any case.
 bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
   const Eigen::VectorXd shared_before = graph->shared;
   std::vector<PoseValues> states_before;
@@ -197,7 +198,7 @@ bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
 }
 
 // Rounds of the robust step (unless `robust` is null), the solution and the excess, until nothing
-// changes; false if the solution does not converge: more rounds would only creep along an
+// changes. Returns false if the solution does not converge: more rounds would only creep along an
 // undetermined direction.
 bool TakeRounds(const RobustOptions* robust,
                 NoiseState* noise,
@@ -209,7 +210,7 @@ bool TakeRounds(const RobustOptions* robust,
                 int* rounds) {
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++*rounds;
-    // Without an end to this, borderline observations could be rejected and return for ever.
+    // If readmission had no end, borderline observations could be rejected and return for ever.
     WeightChange weights;
     if (robust != nullptr) {
       const bool may_readmit = round < kReadmittingRounds;
@@ -343,7 +344,7 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
     dof += node.row_count() - node.tangent_size();
     for (const Observation& observation : node.observations) {
       if (!observation.rejected) continue;
-      // A rejected triad loses its rows; a rotation without it keeps only a direction.
+      // A rejected triad loses its three rows. A rotation without it keeps only a direction.
       dof -= node.kind == PoseKind::kRotation && !node.has_attitude_prior ? 2 : 3;
       if (node.kind == PoseKind::kDirection) dof += 2;
     }

@@ -19,7 +19,7 @@ struct NoiseState {
   std::vector<NoiseComponent> estimated;  // components whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
-  bool unknown = false;  // residuals, from which it was to come, do not show it
+  bool unknown = false;  // the residuals, which should show the noise, do not
 
   // Whether all of this component's noise is estimated from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
@@ -32,12 +32,12 @@ struct NoiseState {
 // The source of each triad's rest noise, and whether its excess is estimated.
 NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings);
 
-// The noise before any excess is estimated, which balances triads without rest noise with each
-// other. Sets the graph's variances.
+// Sets the noise before any excess is estimated, and the graph's variances. Triads without rest
+// noise get noise in proportion to their signal, so that their weights are balanced.
 void StartNoise(NoiseState* noise, PoseGraph* graph);
 
-// Reduces the weight of readings whose length is far from that of the field at the start, since a
-// few of these would displace the first solution. UpdateWeights tests them again.
+// Reduces the weight of readings whose length, by the start values, is far from that of the field,
+// since a few of these would displace the first solution. UpdateWeights tests them again.
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
 // The sum of a run's optimisations.
@@ -50,7 +50,7 @@ struct SolveLog {
   void Solve(double tolerance, PoseGraph* graph);
 };
 
-// The |z| of a normal variable from which the robust step rejects, if it makes `tests` tests.
+// The |z| of a normal variable above which the robust step rejects, if it makes `tests` tests.
 double RejectedFrom(std::size_t tests);
 
 // Rows and priors minus unknowns, without rejected observations.

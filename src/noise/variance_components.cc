@@ -14,14 +14,14 @@
 namespace truetriad {
 namespace {
 
-// Chosen: steps not converged by then end the pass, and the next begins with a step of Fisher's.
+// Chosen: if steps have not converged by then, the next pass begins with a step of Fisher's.
 constexpr int kMaxScoringSteps = 60;
-// A pass may end away from the optimum; the next begins there.
+// A pass may end away from the optimum; the next pass begins where it ended.
 constexpr int kMostPasses = 3;
 // A step below this share of a variance's own σ is the last.
 constexpr double kSettledScoring = 1e-4;
-// As a share of a variance: shorter steps are Newton's, and the expected information is computed
-// again when a variance has changed by more.
+// Share of a variance: shorter steps are Newton's. If a variance has changed by more than this
+// share, the expected information is computed again.
 constexpr double kNearOptimum = 0.3;
 // Largest factor by which a step changes a variance: without a limit, steps overshot twentyfold, up
 // and down without end.
@@ -110,7 +110,8 @@ class ComponentRows {
 };
 
 // Score of the components and their average information 1/2 r^T P Z_s P Z_t P r: the mean of the
-// observed and the expected one, V being linear in them. Gilmour, Thompson and Cullis 1995.
+// observed and the expected information, since V is linear in the components. Gilmour, Thompson and
+// Cullis 1995.
 void ScoreOf(const ComponentRows& rows,
              const ReducedSystem& system,
              Eigen::VectorXd* score,
@@ -183,7 +184,7 @@ bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   return ratio.abs().maxCoeff() < kNearOptimum;
 }
 
-// The information, rescaled to other variances: to first order it goes with their inverse square.
+// The information, rescaled to other variances: to first order it falls with their square.
 Eigen::MatrixXd Rescaled(const Eigen::MatrixXd& information,
                          const Eigen::VectorXd& from,
                          const Eigen::VectorXd& to) {
@@ -211,7 +212,8 @@ class ScoringReach {
     return limit;
   }
 
-  // Takes the square root of the limit if a long step reverses the last one.
+  // Limits a step. If a long step reverses the last one, first reduces the largest factor to its
+  // root.
   void Shorten(const Eigen::VectorXd& total, Eigen::VectorXd* step) {
     for (Eigen::Index s = 0; s < total.size(); ++s) {
       double& along = (*step)[s];
@@ -325,8 +327,8 @@ class Scoring {
 
   Eigen::MatrixXd FisherHere() const { return Rescaled(fisher_, fisher_at_, Totals(variance_)); }
 
-  // Newton's step near the optimum, where the expected information is known: the observed one is
-  // twice the average minus the expected. Otherwise Fisher's step.
+  // Newton's step near the optimum, where the expected information is known: the observed
+  // information is twice the average minus the expected one. Otherwise Fisher's step.
   Eigen::VectorXd NextStep(ScoringReach* reach) {
     const Eigen::VectorXd total = Totals(variance_);
     const Eigen::VectorXd limit = reach->Limit(components_, floor_, variance_, total);

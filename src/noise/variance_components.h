@@ -17,12 +17,12 @@ namespace truetriad {
 //   score_s  = -1/2 tr(P Z_s) + 1/2 r^T P Z_s P r       Z_s = dV/d excess_s
 //   F_st     =  1/2 tr(P Z_s P Z_t)
 //
-// all traces through the reduced system, so that the cost is linear in the number of poses.
-// Rejected observations and turns are left out.
+// All traces are computed with the reduced system, so that the cost is linear in the number of
+// poses. Rejected observations and turns are left out.
 struct ExcessEstimate {
   ExcessVariance variance{};
   // Fisher information of the components and its inverse, rows and columns in the order of
-  // `components`; accurate to first order in the last steps until StateCurvatures is called.
+  // `components`; until StateCurvatures is called, accurate to first order in the last steps only.
   std::vector<NoiseComponent> components;
   Eigen::MatrixXd fisher, covariance;
   // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s
@@ -32,10 +32,10 @@ struct ExcessEstimate {
   std::vector<Eigen::MatrixXd> curvatures;
 };
 
-// The component furthest from its optimum: its score in units of its own σ, the root of its
-// information. A component at its floor is at its optimum if its score is negative.
+// The component furthest from its optimum: its score in units of the score's σ, the root of the
+// component's information. A component at its floor is at its optimum if its score is negative.
 struct OffOptimum {
-  // Most that counts as settled: the variance is off by a tenth of its σ, results by far less.
+  // Largest settled score: the variance is then off by a tenth of its σ, results by far less.
   static constexpr double kMostSigmas = 0.1;
 
   std::optional<NoiseComponent> component;  // Unset: there is none.
@@ -54,7 +54,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               PoseGraph* graph,
                               ReducedSystem* system);
 
-// The furthest component of an estimate on `system`, which is of the graph with its variances.
+// The component of `estimate` furthest from its optimum; `system`: of the graph with its variances.
 OffOptimum FurthestOff(const ExcessEstimate& estimate,
                        const ExcessVariance& floor,
                        const PoseGraph& graph,

@@ -40,8 +40,8 @@ struct Judgement {
   bool rejected = false;
 };
 
-// If most poses or turns are rejected, these are not disturbed, but their excess was guessed too
-// small. All of them are admitted until that excess is estimated.
+// If most observations of a component are rejected, these are not disturbed, but the guess of their
+// excess was too small. All of them are admitted until that excess is estimated.
 void AdmitMajorities(const UnknownNoise& unknown,
                      const std::vector<DeletionTest>& tests,
                      const PoseGraph& graph,
@@ -60,11 +60,11 @@ void AdmitMajorities(const UnknownNoise& unknown,
   }
 }
 
-// |z| above which the weight of an observation falls, by the rank of its test: at the same
-// probability for any rank.
+// |z| above which an observation loses weight, indexed by the rank of its test. The probability of
+// a larger |z| is the same for each rank.
 std::array<double, 4> HuberLimits(double scale) {
   std::array<double, 4> limits{};
-  // The tail of a larger scale is below double precision, as if there were no loss function.
+  // A scale above 7.1 acts as 7.1: beyond that, the tail is lost in the rounding of 1 - tail.
   const double inside = std::min(ChiSquareCdf(scale * scale, 1.0), 1.0 - 1e-12);
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     limits[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
@@ -84,7 +84,7 @@ std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGr
   return dof;
 }
 
-// The tests of one pose, or one turn, and the index of the worst of them.
+// Where the tests of one pose or one turn end, and the worst of these tests.
 struct TestsOfOne {
   std::size_t end = 0, worst = 0;
   bool has_rejected = false;

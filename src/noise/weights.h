@@ -18,8 +18,8 @@ inline bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
          graph.increments[test.observation].stated_turn >= 0;
 }
 
-// Components of the noise that were to be estimated, and those of them that are undetermined, so
-// that disturbed observations cannot be told.
+// The noise components that were to be estimated, and those of them whose noise is undetermined, so
+// that their disturbed observations cannot be recognised.
 struct UnknownNoise {
   std::vector<NoiseComponent> components;
   std::vector<NoiseComponent> unjudged;
@@ -31,7 +31,7 @@ inline bool Contains(const std::vector<NoiseComponent>& components, NoiseCompone
 
 struct WeightChange {
   bool any = false;
-  bool notable = false;  // of the rejected set or of the weights
+  bool notable = false;  // the rejected set changed, or weights have not settled
 };
 
 // Sets Huber weights by the deletion tests; observations whose test is too unlikely are rejected.

@@ -33,7 +33,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   const bool from_grid = options.calibrate.attitudes.kind == AttitudeKind::kSixFace;
   const std::vector<Eigen::Quaterniond> faces = SixFaceAttitudes();
   Random random(options.seed);
-  // By number of poses, the gain of the plan over each draw: the ratio of their geometric mean σ.
+  // gains[n]: for each draw of n poses, the ratio of its geometric mean σ to that of the plan.
   std::vector<std::vector<double>> gains(longest + 1);
   for (int draw = 0; draw < options.random_draws; ++draw) {
     std::vector<ProgramPose> poses(longest);
@@ -70,7 +70,8 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   return comparison;
 }
 
-// What each pose is for: the quantity whose σ grows most without it (one turn then replaces two).
+// The purpose of each pose: the quantity whose σ grows most if the pose is left out. The turns
+// before and after the pose then become one turn.
 std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
                                     const std::vector<ProgramPose>& poses,
                                     const Eigen::VectorXd& sigmas) {
@@ -91,7 +92,7 @@ std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
   return purposes;
 }
 
-// Labels each pose with words for the operator; without the heading if no sensor measures it.
+// Labels each pose with words for the operator; leaves out the heading if no sensor measures it.
 void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   for (ProgramPose& pose : *poses) {
     pose.label = AttitudeInWords(pose.world_from_body);
@@ -161,7 +162,7 @@ std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
     if (options.program) continue;
     if (!problem.has_gyroscope()) item.poses_needed = FewestPoses(problem, options, name);
     if (!item.met) continue;
-    // The search is not exhaustive: a σ that the program reaches needs no more than its poses.
+    // FewestPoses is not exhaustive: if the program reaches this σ, its number of poses suffices.
     const auto taken = static_cast<int>(plan.program.poses.size());
     item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
   }

@@ -21,7 +21,8 @@
 namespace truetriad {
 namespace {
 
-// Assumed rate of the gyroscope's readings, Hz: only the density of their noise matters.
+// Assumed rate of the gyroscope's readings, Hz; any will do: only the density of their noise
+// matters.
 constexpr double kPlannedRateHz = 100.0;
 // Strength of the field as at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
@@ -29,8 +30,8 @@ constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // Dip at middle latitu
 
 }  // namespace
 
-// Chooses the nominal unit, at which the graph is linearised, and the noise of the graph's rows: by
-// a calibration of the measured poses if they suffice for one, else as stated.
+// Chooses the nominal unit, at which the graph is linearised, and the noise of the graph's rows:
+// both from a calibration of the measured poses if these suffice for one, else as stated.
 Status PlanProblem::ChooseNominal() {
   const bool free_attitudes = calibrate().attitudes.kind == AttitudeKind::kNone;
   if (!measured_.poses.empty()) {
@@ -95,11 +96,11 @@ void PlanProblem::ChooseReference() {
     dip_rad = calibrated_->reference.dip_rad.value_or(dip_rad);
   } else if (nominal_.models[Triad::kMagnetometer]) {
     if (!reference.field_ut.known() && !options_.nominal_field_ut) {
-      messages_.push_back("field strength unknown: planned for " +
+      messages_.push_back("field strength unknown: the plan assumes " +
                           Format("%.4g uT (plan.nominal.strength_ut)", field_ut));
     }
     if (!reference.dip_rad.known() && !options_.nominal_dip_rad) {
-      messages_.push_back("dip unknown: planned for " +
+      messages_.push_back("dip unknown: the plan assumes " +
                           Format("%.3g deg (plan.nominal.dip_deg)", dip_rad * kDegPerRad));
     }
   }
@@ -223,8 +224,8 @@ Status PlanProblem::ChooseTurns() {
   } else {
     return Error(
         ErrorCode::kMissingKey,
-        "gyroscope: the σ of a turn depends on the length of the rest that its stated noise "
-        "is for; add that length, as in `plan: { rest_s: 5 }` (s)");
+        "gyroscope: its stated noise is that of a rest's mean, so the σ of a turn depends on the "
+        "length of this rest; state it in s, as in `plan: { rest_s: 5 }`");
   }
   stream->rate_hz = kPlannedRateHz;
   stream->noise_sigma_raw = density_raw * std::sqrt(kPlannedRateHz);

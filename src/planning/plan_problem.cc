@@ -30,7 +30,7 @@ namespace {
 constexpr double kRoundingShare = 1e-14;
 // Inverse condition number above which an inverse keeps at least six digits.
 constexpr double kWellConditioned = 1e-10;
-// Samples of a planned rest: so many that the sampling interval does not add to its length.
+// Number of samples of a planned rest, so large that a sampling interval does not lengthen it.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
@@ -169,8 +169,8 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  // The measured readings are those of the real unit, which may differ much from the nominal one;
-  // no calibration fits both. Readings of the nominal unit in the same attitudes replace them.
+  // The real unit may differ much from the nominal one: no calibration fits readings of both.
+  // Readings of the nominal unit in the measured attitudes thus replace the measured readings.
   std::vector<ProgramPose> measured;
   for (const PoseNode& node : graph_.nodes) {
     ProgramPose& pose = measured.emplace_back();
@@ -186,7 +186,7 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   TRUETRIAD_ASSIGN_OR_RETURN(const auto summary, Calibrate(readings, options));
   if (summary.calibration.IsUsable()) return {};
   return Error(ErrorCode::kNotEnoughData,
-               "even noise-free readings of these poses do not determine start values (too few "
+               "even noise-free readings of these poses give no usable calibration (too few "
                "directions?); allow more poses or other rotations");
 }
 
@@ -241,7 +241,8 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
 Eigen::VectorXd PlanProblem::Sigmas(const Eigen::MatrixXd& information) const {
   const Cholesky factor(information);
   if (factor.is_positive() && factor.ReciprocalCondition() > kWellConditioned) {
-    // Everything is determined, and the Cholesky factor is much faster than eigenvectors.
+    // If everything is determined, the Cholesky factor suffices; it is much faster than
+    // eigenvectors.
     return factor.SolveLower(quantity_rows_.transpose()).colwise().norm();
   }
   const SymmetricEigen solver = EigenOfSymmetric(information);

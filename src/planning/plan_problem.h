@@ -20,7 +20,7 @@
 
 namespace truetriad {
 
-// The whitened rows of one pose; its information is rows^T rows.
+// The whitened rows of one pose; the pose's information is rows^T rows.
 using InformationRows = Eigen::MatrixXd;
 
 // A quantity whose σ is predicted.
@@ -29,7 +29,8 @@ struct PlanQuantity {
   double typical = 1.0;  // value whose effect is as large as the signal
 };
 
-// Largest σ / wanted that counts as reached. By rounding, four poses of σ may just miss σ / 2.
+// Largest σ / wanted that counts as reached. Because of rounding, four poses, which halve σ, may
+// just miss σ / 2.
 inline constexpr double kReached = 1.0 + 1e-9;
 
 // The estimator's graph for planned poses, linearised at exact readings of the nominal unit. All
@@ -62,7 +63,7 @@ class PlanProblem {
   // The graph of the measured poses and the program, as the estimator would build it.
   PoseGraph GraphWith(const std::vector<ProgramPose>& poses) const;
 
-  // The nominal unit in the wanted gauge; its covariance follows from that of the free coordinates.
+  // The nominal unit in the wanted gauge, with the covariance that follows from `free_covariance`.
   PresentedSolution Present(const Eigen::MatrixXd& free_covariance) const;
 
   // The number of poses that the model needs beyond the measured ones; at least one.
@@ -106,9 +107,9 @@ class PlanProblem {
   PerTriad<NoiseSource> source_{};
   PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose's mean, raw
   ExcessVariance excess_{};
-  std::map<std::pair<int, Triad>, double> weights_;  // robust, of measured poses
+  std::map<std::pair<int, Triad>, double> weights_;  // robust weights of measured poses
   PlannedTurns turns_;
-  // False: no reading depends on the heading. Those of a magnetometer alone do depend on it,
+  // False: no reading depends on the heading. Readings of a magnetometer alone do depend on it,
   // because the field is not vertical.
   bool has_heading_ = true;
   PoseSet measured_;
@@ -120,8 +121,8 @@ class PlanProblem {
   Messages messages_;
 };
 
-// The poses that the options ask for, in the order in which they are to be taken.
-// Error: as PlanProblem::Create, of the problem without the gyroscope.
+// The poses that the options ask for, in the order in which they are to be taken. Error:
+// PlanProblem::Create fails for the problem without the gyroscope.
 Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
                                            const PlanOptions& options,
                                            const PlanProblem& problem);

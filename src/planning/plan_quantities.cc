@@ -20,12 +20,13 @@ namespace {
 struct ScaledEntry {
   PlanQuantity quantity;
   double divisor = 1.0;
-  // Sort key: sensor by sensor, then the reference; of a sensor first biases, gains and
-  // misalignments by axis, then all else as the solution lists it.
+  // Sort key: sensor by sensor, then the reference. Within a sensor: biases, gains and
+  // misalignments by axis, then all else in the solution's order.
   std::tuple<int, int, std::string> order;
 };
 
-// Like limits, quantities are named by sensing axis, whatever body axis that is mounted along.
+// Like limits, quantities are named by sensing axis, not by the body axis along which it is
+// mounted.
 ScaledEntry OfSensor(const ParameterName& name,
                      const Eigen::Matrix3d& S,
                      const ReferenceVector& reference,

@@ -25,7 +25,7 @@ constexpr int kStarts = 12;
 constexpr int kWeightRounds = 8;
 // Chosen: number of rounds without a better program after which the weights count as settled.
 constexpr int kIdleRounds = 3;
-// Chosen: starts that try whether one pose fewer suffices; a quarter of all, to save time.
+// Chosen: starts from which one pose fewer is tried; a quarter of all, to save time.
 constexpr int kSparingStarts = 3;
 // Prior σ of every parameter in units of the signal: so wide that it only bounds undetermined ones.
 constexpr double kAnything = 10.0;
@@ -35,8 +35,8 @@ constexpr double kFinestTurnRad = kRadPerDeg;
 constexpr std::size_t kAtOnce = 24;
 // A guard: usually kLeastGain or kLeastRefinement ends the sweeps.
 constexpr int kMostSweeps = 10;
-// Share by which an exchange must gain more than the pose that it replaces: smaller gains are
-// rounding, and because of them sweeps would never end.
+// An exchange must gain more, by this share, than the pose that it replaces. Smaller gains are
+// rounding; with them sweeps would never end.
 constexpr double kLeastGain = 1e-6;
 // As kLeastGain, for turns off the grid, which would go on with ever smaller gains.
 constexpr double kLeastRefinement = 1e-4;
@@ -48,7 +48,7 @@ struct Candidates {
 };
 
 struct Program : Candidates {
-  Eigen::MatrixXd weights;  // of the cost that it minimises
+  Eigen::MatrixXd weights;  // of the cost that the program minimises
   double score = 0.0;       // less is better
 };
 
@@ -181,8 +181,8 @@ class PlanSearch {
     return programs.front().poses;
   }
 
-  // The fewest poses whose score is at most 1; unset: more than max_poses are needed. If no σ is
-  // wanted, as many as the model needs.
+  // The fewest poses with which the score is at most 1; unset: more than max_poses are needed. If
+  // no σ is wanted, the number that the model needs.
   std::optional<int> Fewest() const {
     if (!wants()) return least_;
     const auto reaches = [&](int count, int starts) {
@@ -212,7 +212,7 @@ class PlanSearch {
     });
   }
 
-  // `information` plus that of the program, without its pose number `without`.
+  // `information` plus the program's information, without that of pose `without`.
   static Eigen::MatrixXd Sum(Eigen::MatrixXd information,
                              const Program& program,
                              std::optional<std::size_t> without = std::nullopt) {
@@ -223,7 +223,7 @@ class PlanSearch {
     return information;
   }
 
-  // Less is better. Without wanted σ: the criterion itself; with them: the largest σ / target.
+  // Less is better. If σ are wanted: the largest σ / target; if not: the criterion itself.
   double Score(const Program& program) const {
     if (!wants() && options_.criterion == PlanCriterion::kDeterminant) {
       return -Cholesky(Sum(base_, program)).LogDeterminant();
@@ -241,7 +241,8 @@ class PlanSearch {
     for (int sweep = 0; improved && sweep < kMostSweeps; ++sweep) {
       improved = false;
       for (std::size_t k = 0; k < program->poses.size(); ++k) {
-        // Summed anew: subtracting the pose would leave rounding where it alone had information.
+        // Summed anew: subtracting the pose would leave rounding errors where only this pose has
+        // information.
         const Vacancy vacancy(Sum(base_, *program, k), program->weights);
         const Candidates& candidates = offered(program->poses[k]);
         const Vacancy::Choice best = vacancy.Best(candidates.rows);
@@ -291,8 +292,9 @@ class PlanSearch {
     return weights;
   }
 
-  // Adapts the weights to the σ of the round before. Without wanted σ they become 1/σ^2, whose
-  // fixed point minimises the sum of log σ; with wanted σ, those still too large get more weight.
+  // Adapts the weights to the σ of the round before. If no σ are wanted, the weights become 1/σ^2,
+  // whose fixed point minimises the sum of log σ. If σ are wanted, those that are still too large
+  // get more weight.
   Program BestFrom(Program program) const {
     if (options_.criterion == PlanCriterion::kDeterminant) {
       ExchangeOverGrid({}, &program);

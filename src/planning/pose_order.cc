@@ -31,7 +31,7 @@ constexpr int kMostOrderSweeps = 50;
 // Chosen: 6 deg per step of a quarter turn, over which gravity in the body frame is nearly linear.
 constexpr int kIntegrationSteps = 16;
 
-// A gyroscope's parameters with axis terms: 9 entries of the matrix and 3 of each term.
+// Number of a gyroscope's parameters with axis terms: 9 entries of the matrix and 3 of each term.
 constexpr int kBent = 9 + 3 * static_cast<int>(CountAxisTerms(Triad::kGyroscope));
 using TurnInformation = Eigen::Matrix<double, kBent, kBent>;
 
@@ -73,8 +73,9 @@ TurnInformation InformationOf(const Eigen::Quaterniond& from,
   return by.transpose() * Cholesky(covariance).Solve(by);
 }
 
-// Reverses runs of the order from `first` to before `last`, and with `swaps` also swaps pairs, as
-// long as that lowers cost(order). It stays within temperatures: the chamber goes to each once.
+// Changes places [first, last) of the order as long as that lowers cost(order): reverses runs of
+// poses and, if `swaps`, swaps pairs. Only poses of one temperature change places, so that the
+// chamber goes to each temperature once.
 template <class Cost>
 void Improve(const std::vector<ProgramPose>& poses,
              std::size_t first,

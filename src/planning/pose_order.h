@@ -19,9 +19,10 @@ struct PlannedTurns {
   double duration_s = 2.0;
   double rate_hz = 100.0;                                       // of the gyroscope's readings
   Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // of one reading
-  double sigma_rad = 0.0;                                       // of a turn, beyond readings' noise
+  double sigma_rad = 0.0;                                       // of a turn, beyond the readings'
+                                                                // noise
   double attitude_sigma_rad = 0.0;                              // of a pose, about each axis
-  bool has_heading = true;                                      // that of the poses is known
+  bool has_heading = true;                                      // the heading of the poses is known
 };
 
 // What exact sensors read while the unit is turned at one rate about one axis, the shortest way.
@@ -33,7 +34,8 @@ RecordedMove ExactMove(const Eigen::Quaterniond& from,
                        const Eigen::Vector3d& up);
 
 // The poses in an order that needs little turning. Temperatures rise; at each of them, the path is
-// the shortest that nearest neighbours and 2-opt find, from the attitude of the pose before it.
+// the shortest that nearest neighbours and 2-opt find, starting from the last pose of the
+// temperature before.
 //
 //   `heading_counts`  false: only what is up matters, so headings are turned freely
 std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool heading_counts);

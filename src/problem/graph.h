@@ -38,7 +38,7 @@ struct PoseGraph {
   Eigen::Map<const Eigen::Vector3d> bias(Triad triad) const {
     return Eigen::Map<const Eigen::Vector3d>(&shared[layout.bias[triad]]);
   }
-  // The model of a triad at the temperature of a pose.
+  // The model of a triad at the temperature and in the session of a pose.
   TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const {
     return node.ModelOfTriad(layout, shared.data(), triad);
   }

@@ -20,13 +20,13 @@ namespace {
 // Least σ of a seat, since a zero variance has no inverse; 1e-7 rad is 0.1 µm/m.
 constexpr double kSmallestSeatRad = 1e-7;
 
-// A turn that the graph can use: node `from` and the next one are of consecutive poses.
+// A turn that the graph can use: node `from` and the node after it belong to consecutive poses.
 struct Turn {
   std::size_t from = 0;
   const RecordedMove* move = nullptr;
 };
 
-// Whether the node has a reading that depends on its attitude; a gyroscope's at rest does not.
+// Whether a reading of the node depends on its attitude; a gyroscope's reading at rest does not.
 bool SeesAttitude(const PoseNode& node) {
   return std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
     return seen.triad != Triad::kGyroscope;
@@ -49,8 +49,8 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   return turns;
 }
 
-// Makes the unknown of poses at the ends of a turn a rotation (kRotation); if nothing in a chain of
-// turns determines its heading, the heading of its first pose is held.
+// A pose at an end of a turn gets a rotation (kRotation) as its unknown. If no pose in a chain of
+// turns determines a heading, the heading of the chain's first pose is held.
 void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   std::vector<bool> linked(nodes->size(), false);  // by a turn to the next node
   for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
@@ -66,7 +66,8 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
   }
 }
 
-// Requires each pose's heading, on which the earth's rate in the gyroscope's readings depends.
+// Requires the heading of each pose with a gyroscope reading, since the earth's rate in the reading
+// depends on it.
 Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   bool heading_is_held = false;  // of the chain that the node belongs to
   for (const PoseNode& node : nodes) {
@@ -86,8 +87,8 @@ Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   return {};
 }
 
-// Raises the noise of readings that have none, so that their weights stay finite beside priors and
-// other sensors.
+// Raises the noise of readings to a least value: without noise, their weights would be infinite
+// beside priors and other sensors.
 void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Array3d high = -low;
@@ -134,14 +135,15 @@ Status TakeTemperature(const PoseSet& poses, const StaticPose& pose, PoseNode* n
                  {poses.source},
                  "pose " + std::to_string(pose.number) +
                      " has no temperature; `thermal:` terms need one for every pose "
-                     "(column temperature[degC]); add it, or remove the key");
+                     "(column temperature[degC]); add the column, or remove `thermal:`");
   }
   node->temperature_degc = *pose.temperature_degc;
   node->temperature_rate_degcps = pose.temperature_rate_degcps;
   return {};
 }
 
-// The node of a pose; unset if no reading of it counts. `face`: the face that is up; -1: unknown.
+// The node of a pose; unset if the graph can use no reading of the pose. `face`: the face that is
+// up; -1: unknown.
 Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
                                        const StaticPose& pose,
                                        int face,
@@ -166,14 +168,14 @@ Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
   const bool counts = vectors > 0 || options.HasGyroscopeAlone();
   if (!counts || node.observations.empty()) return std::optional<PoseNode>();
   if (options.HasThermal()) TRUETRIAD_RETURN_IF_ERROR(TakeTemperature(poses, pose, &node));
-  // A gyroscope alone at rest reads its bias whatever the attitude, which is therefore no unknown.
+  // At rest a gyroscope reads its bias in any attitude. If it is alone, attitudes are no unknowns.
   node.kind = vectors == 0   ? PoseKind::kHeld
               : vectors == 1 ? PoseKind::kDirection
                              : PoseKind::kRotation;
   if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
     TRUETRIAD_RETURN_IF_ERROR(TakeGivenAttitude(poses, pose, &node));
   }
-  // The accelerometer determines the face, so that a pose without it has none.
+  // The accelerometer determines the face, so that a pose without its reading has no face.
   if (face >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
     node.face = face;
     node.seat_sigma_rad = std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);

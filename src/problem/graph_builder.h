@@ -12,14 +12,15 @@
 
 namespace truetriad {
 
-// Least σ of a pose's mean reading, as a share of the field: with a smaller one, weights would
-// differ by a factor above 1e14, close to the 1e16 that a double resolves.
+// Least σ of a pose's mean reading, as a share of the field: with a smaller σ, weights could differ
+// by a factor above 1e14, close to the 1e16 that a double resolves.
 inline constexpr double kLeastNoiseShare = 1e-7;
 
-// Builds a node for each pose with a reading of an enabled triad, with its given attitude and, if
-// `sources` says that it is known, the covariance inside its rest; weights and excess noise are set
-// later. Error (bad input): a pose lacks an attitude, heading or temperature that `options` need;
-// ambiguous faces.
+// Builds the nodes of known motions, and a node for each pose with a reading of accelerometer or
+// magnetometer, or of a gyroscope that is alone. A pose's node has the given attitude and, if
+// `sources` says that it is known, the covariance inside the rest; weights and excess noise are set
+// later. Error (bad input): a pose lacks an attitude, heading or temperature that `options` need,
+// or its face is ambiguous.
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          const PerTriad<NoiseSource>& sources);
@@ -28,8 +29,8 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
 // these turns determine. Call it after LayOutParameters.
 void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
-// The graph that `options` ask for, as near as possible to a solution with other terms: a parameter
-// that both have keeps its value, as far as `options` leave it free.
+// The graph that `options` ask for, beginning at `solved`, a solution with other terms. A parameter
+// of both graphs keeps its value, projected on what `options` leave free.
 PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved);
 
 // The index in `whole` of each entry of `part`, found by name; -1: `whole` has no such entry.

@@ -22,10 +22,10 @@ std::unique_ptr<Row> RowOf(const ScalarPrior& prior, const SharedLayout& layout)
 // The lower triangular W for which W^T W is the inverse of variance / weight.
 RowRoot RootOf(const Eigen::Matrix3d& variance, double weight);
 
-// The whitening root of each of RowsOf(node).
+// The whitening roots of RowsOf(node), in the same order.
 std::vector<RowRoot> RootsOf(const PoseNode& node);
 
-// The blocks of a layout that are parameters of the graph, in the model's order.
+// All parameter blocks of a layout: triad by triad, then the reference block and the face tilts.
 std::vector<SharedBlock> SharedBlocks(const SharedLayout& layout);
 
 }  // namespace truetriad

@@ -12,7 +12,7 @@
 namespace truetriad {
 namespace {
 
-// Replaces a dip beyond the vertical by its supplement. True: it did, so north is half a turn away.
+// Replaces a dip beyond the vertical by its supplement. Returns whether north turned by 180 deg.
 bool FoldDip(PoseGraph* graph) {
   double& dip = graph->shared[graph->layout.reference + kDip];
   dip = std::remainder(dip, 2.0 * std::numbers::pi);

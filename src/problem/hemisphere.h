@@ -6,14 +6,14 @@
 
 namespace truetriad {
 
-// Chooses one of several solutions that explain the readings equally well: (S_m, dip), (-S_m, -dip)
-// and (S_m, pi - dip) do so if every attitude (or the field, if attitudes are given) is rotated by
-// half a turn about the vertical. A start from disturbed or missing poses may have ended on the
-// wrong side of the equator, or with a dip beyond 90 degrees: then this function changes the shared
-// parameters and the poses, and returns true if attitudes outside the graph are to be rotated, too.
-// The side of the equator is not changed if a prior, a held matrix or a given heading fixes it. If
-// the dip does not determine the side, the chosen side is the one on which the magnetometer has the
-// stated handedness, or else the accelerometer's.
+// Chooses one of several solutions that explain the readings equally well: (S_m, dip), or, if every
+// attitude is rotated by half a turn about the vertical, (-S_m, -dip) or (S_m, pi - dip). If
+// attitudes are given, the field is rotated in place of them. A solution from disturbed or missing
+// poses may be on the wrong side of the equator, or have a dip beyond 90 degrees. If so, this
+// function changes the shared parameters and the poses. It returns true if attitudes outside the
+// graph must be rotated, too. The side is not changed if a prior, a held matrix or a given heading
+// fixes it. If the dip is too small to determine the side, handedness decides: that of the
+// magnetometer must agree with the accelerometer's and with stated mountings.
 bool SettleHemisphereOfField(const CalibrateOptions& options,
                              double dip_sigma_rad,
                              PoseGraph* graph);
@@ -21,19 +21,20 @@ bool SettleHemisphereOfField(const CalibrateOptions& options,
 // Whether the magnetometer may be reversed: nothing but the stated hemisphere determines its sign.
 bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
 
-// The increase of χ² from dip to -dip due to a stated dip and its σ, if the readings determine
-// |dip| far better: ((dip + stated)² - (dip - stated)²) / σ² = 4 dip stated / σ².
+// The increase of χ² if the dip becomes -dip, due to a stated dip and its σ. The readings are
+// assumed to determine |dip| far better: ((dip + stated)² - (dip - stated)²) / σ² = 4 dip stated /
+// σ².
 double SideOfStatedDip(const Knowledge& stated, double dip_rad);
 
-// Whether the reversed magnetometer is to be tried against a known dip, which is fixed or has a σ.
+// Whether the dip is known (fixed or with a σ) and the reversed magnetometer is a solution to try.
 bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout);
 
 // Reverses the signs of the magnetometer's matrix and of a free dip, and rotates attitudes or field
-// by half a turn: predicted readings stay if the dip is free; its prior, or a fixed dip, stays,
-// too.
+// by half a turn. If the dip is free, the predicted readings do not change. A fixed dip and a prior
+// of the dip stay as they are.
 void ReverseField(const CalibrateOptions& options, PoseGraph* graph);
 
-// Whether magnetometer and accelerometer differ in handedness, with their stated mountings.
+// Whether magnetometer and accelerometer differ in handedness, allowing for stated mountings.
 bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph);
 
 // Whether a dip with this σ is far enough from zero to determine the side of the equator.

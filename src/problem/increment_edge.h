@@ -16,11 +16,11 @@ namespace truetriad {
 // The gyroscope's rotation from one pose to the next, dR, which rows/turn_row.h compares with the
 // attitudes.
 //
-// A stated turn leads from one held attitude to another: Identity and Exp(angle * axis). Both
-// attitudes are known, but they do not show the number of whole turns between them.
+// A stated turn leads from the held attitude Identity to the held attitude Exp(angle * axis). These
+// attitudes do not show the number of whole turns between them.
 //
-// dR is linear in the gyroscope's parameters about the parameters at which it was integrated;
-// Integrate changes those.
+// dR is linearised about the gyroscope's parameters at which it was integrated; Integrate replaces
+// these parameters.
 struct IncrementEdge {
   std::size_t from = 0;  // index of the first node; the second is the next
   GyroMove move;
@@ -46,18 +46,18 @@ struct IncrementEdge {
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again at the parameters `shared`, with forces by the accelerometer's parameters
-  // there, whose errors hardly change the turn.
+  // Integrates again at the parameters `shared`. The accelerometer's parameters there determine the
+  // forces; errors of the forces hardly change the turn.
   void Integrate(const SharedLayout& layout, const double* shared);
 
   // The rotation integrated at the parameters `shared`, instead of those of `increment`.
   Eigen::Quaterniond RotationAt(const SharedLayout& layout, const double* shared) const;
 
-  // The rotation of the world by the earth's rate at `shared` during the turn, rad; zero if that
-  // rate is neglected.
+  // The rotation of the world by the earth's rate at `shared` during the turn, rad. Zero if that
+  // rate is neglected, and for a stated turn.
   Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
 
-  // As PoseNode::Evaluate, with the tangent spaces of both nodes.
+  // Like PoseNode::Evaluate, with Jacobians in the tangent spaces of both nodes.
   void Evaluate(const SharedLayout& layout,
                 const double* shared,
                 const double* first_state,

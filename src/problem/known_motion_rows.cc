@@ -18,10 +18,10 @@
 namespace truetriad {
 namespace {
 
-// If less than this share of a stated turn is counted, the message suggests that readings were cut.
+// If readings show less than this share of a stated turn, the message suggests that some were cut.
 constexpr double kMissingShare = 0.25;
 
-// σ, rad, that leaves directions no weight: it is far beyond any error of a stated axis.
+// σ of a direction, rad, that leaves it no weight: far above the error of any stated axis.
 constexpr double kNothingRad = 1.0;
 // σ, as a share of a mean rate, that leaves the size of the rate no weight.
 constexpr double kNothingShare = 10.0;
@@ -37,7 +37,8 @@ Eigen::Matrix3d AcrossAxis(const Eigen::Vector3d& axis) {
 }
 
 // Covariance of the attitude at the end of a turn, rad², in the body frame there. An axis error d
-// tilts it by 2 sin(angle / 2) d: d = 1 rad removes the weight across the axis of a partial turn.
+// tilts this attitude by 2 sin(angle / 2) d: d = 1 rad removes the weight across the axis of a
+// partial turn.
 Eigen::Matrix3d EndCovariance(const StatedTurn& turn) {
   const double lever = 2.0 * std::sin(0.5 * turn.angle_rad) * kNothingRad;
   return turn.sigma_rad * turn.sigma_rad * Eigen::Matrix3d::Identity() +
@@ -52,7 +53,7 @@ Eigen::Matrix3d MeanRateCovariance(const KnownTurn& turn) {
   return across * across * AcrossAxis(axis) + along * along * axis * axis.transpose();
 }
 
-// The rest or known rate nearest in time, whose temperature a turn is given; null if there is none.
+// The rest or known rate nearest in time; a turn takes its temperature. Null if there is none.
 const StaticPose* NearestInTime(const PoseSet& poses, std::int64_t time_ns) {
   const StaticPose* nearest = nullptr;
   const auto distance = [&](const StaticPose& pose) {
@@ -72,8 +73,8 @@ std::string NameOf(const KnownTurn& turn, std::size_t place) {
          (turn.stated.id.empty() ? "" : " (" + turn.stated.id + ")");
 }
 
-// The angle about the axis by summing the corrected readings, whole turns included; its error is of
-// second order in the unit's wobble.
+// The angle about the stated axis with its whole turns: the sum of the corrected readings. Its
+// error is of second order in the unit's wobble.
 double CountedAngle(const KnownTurn& turn, const TriadModel<double>& gyroscope) {
   const Eigen::Vector3d mean = MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw);
   return turn.stated.axis.dot(gyroscope.TruthFromRaw(mean)) * turn.move.duration_s();
@@ -106,7 +107,7 @@ Status AddKnownMotions(const PoseSet& poses,
       return Error(ErrorCode::kMissingTemperature,
                    {poses.source},
                    "a known turn or rate has no temperature; `thermal:` terms need one "
-                   "for each (column temperature[degC]); add it, or remove the key");
+                   "for each (column temperature[degC]); add the column, or remove `thermal:`");
     }
     node.temperature_degc = *at->temperature_degc;
     node.temperature_rate_degcps = at->temperature_rate_degcps;
@@ -237,14 +238,15 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  // Least singular value, as a share of the largest: below it, a direction has over 1000 times the
-  // σ of the best one, and counts as undetermined.
+  // Least pivot, as a share of the largest: a direction with a smaller pivot has over 1000 times
+  // the σ of the best direction and counts as undetermined.
   constexpr double kThin = 1e-3;
   const LeastSquares fit(design, kThin);
   if (count < 4 || fit.rank() < 4) {
     return NotEnoughError(
         Finding(FindingCode::kTurnAxesMissing,
-                "gyroscope: the known turns and rates do not cover all of its axes and its bias",
+                "gyroscope: known turns, known rates and rests do not determine all of its gains "
+                "and its bias",
                 "turn the unit about three different axes, each in both directions, or add rests")
             .About(Triad::kGyroscope));
   }

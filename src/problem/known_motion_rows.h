@@ -19,17 +19,18 @@ namespace truetriad {
 //             the residual wraps at whole turns; and a node at the mean rate angle / T * axis,
 //             which determines the axis alone
 //
-// A whole turn ends where it began whatever its axis, so that only the mean rate shows the axis;
-// the increment of a partial turn keeps the angle alone, so that the axis does not count twice.
-// Turns that are held out, or whose readings have a fault, get no node. Error (bad input): a motion
-// without temperature, if temperature terms are wanted.
+// A whole turn ends where it began, whatever its axis, so that only the mean rate shows the axis.
+// The increment of a partial turn gives weight only to the angle, so that the axis is not used
+// twice. Turns that are held out, or whose readings have a fault, get no node. Error (bad input): a
+// known rate without gyroscope reading; a motion without temperature, if temperature terms are
+// wanted.
 Status AddKnownMotions(const PoseSet& poses,
                        const CalibrateOptions& options,
                        const PerTriad<NoiseSource>& sources,
                        std::vector<PoseNode>* nodes);
 
-// Adds the increments of the known turns, and sets what depends on the start values in the nodes of
-// known turns and rates: their specific force and, for turns, the noise of a reading.
+// Adds the increments of the known turns. In the nodes of known turns and rates, sets what depends
+// on the start values: the specific force and, for turns, the noise of the mean rate.
 void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
 // A known turn as an increment of its own, integrated at `graph`'s parameters.
@@ -39,10 +40,11 @@ IncrementEdge EdgeOfTurn(const KnownTurn& turn,
                          const PoseGraph& graph);
 
 // Sensitivity and bias of a gyroscope by linear least squares on the mean readings of known motions
-// and rests. Error (not enough): these do not determine both.
+// and rests. Error (not enough): the readings do not determine both.
 Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses);
 
-// Error (bad input): the gyroscope at its start values counts another number of turns than stated.
+// Error (bad input): by the gyroscope's start values, a turn differs from its stated angle by half
+// a turn or more.
 Status CheckTurnCounts(const PoseSet& poses, const StartValues& start);
 
 // Compares each known turn with the solution.

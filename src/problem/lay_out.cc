@@ -36,14 +36,14 @@ std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options
     case ThermalMatrix::kScale:
       break;
   }
-  // One term for all gains, in the proportions of the start's gains, so that the model stays
-  // linear: an error of a start gain changes the term of that axis by the same share only.
+  // One term changes all gains in the proportions of the start's gains, so that the model stays
+  // linear. An error of a start gain changes the term on that axis by the same share only.
   const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * NearestAxisMap(start);
   return {gains / gains.norm()};
 }
 
-// Scales to [-1, 1] over the poses and the reference temperature, at which bias and sensitivity are
-// stated: far outside of that range, rounding errors dominate a polynomial.
+// Scales temperatures so that those of the poses and the reference lie in [-1, 1], and rates so
+// that the fastest is 1: far outside of that range, rounding errors dominate a polynomial.
 ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
   ThermalScale scale;
   scale.reference_degc = reference_degc;
@@ -56,7 +56,7 @@ ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) 
     fastest = std::max(fastest, std::abs(node.temperature_rate_degcps));
   }
   scale.centre_degc = 0.5 * (low + high);
-  // A constant temperature determines no term, so that any scale will do.
+  // If the temperature is constant, no term is determined, and any scale will do.
   if (high > low) scale.half_range_degc = 0.5 * (high - low);
   if (fastest > 0.0) scale.rate_degcps = fastest;
   return scale;
@@ -165,8 +165,8 @@ Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::M
   return part;
 }
 
-// Frees the triad's wanted parameters. Also writes the start's sensitivity to `shared`, projected
-// on the free matrices, since a part outside of them would never change.
+// Frees the wanted parameters of the triad. Writes the start's sensitivity to `shared`, projected
+// on the free matrices: a part outside of these would never change.
 void FreeTriad(const CalibrateOptions& options,
                const SharedLayout& layout,
                Triad triad,

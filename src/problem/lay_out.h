@@ -7,27 +7,29 @@
 
 namespace truetriad {
 
-// The triad that fixes the body frame: the accelerometer if it is enabled, else the magnetometer,
-// or a gyroscope that is alone. docs/method.md, "Gauge".
+// The triad that defines the body frame: the gyroscope if no other triad is enabled, else the
+// accelerometer if it is enabled, else the magnetometer. docs/method.md, "Gauge".
 Triad LeadingTriad(const CalibrateOptions& options);
 
 // Sign of the leading triad's own axes in the body frame: -1 for a chip that reports gravity.
 double LeadingAxisSign(const CalibrateOptions& options);
 
-// Directions of the leading triad's sensing axes in a body frame that this triad defines: as its
-// stated mounting, or along the frame's axes. Identity if the frame is defined from outside.
+// Directions of the leading triad's sensing axes in the body frame that this triad defines: its
+// stated mounting; without one, the identity. The identity also if the frame is defined from
+// outside.
 Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options);
 
-// GaugeRotation of the leading triad in terms of its sensing axes, wherever they lie in the body.
+// GaugeRotation of the leading triad: computed in the frame of its sensing axes (LeadingAxisMap)
+// and returned in the body frame.
 Eigen::Matrix3d LeadingGaugeRotation(const CalibrateOptions& options,
                                      Gauge gauge,
                                      const Eigen::Matrix3d& sensitivity);
 
-// Sets, from the nodes and the start values, the place of each shared block, its free entries,
-// their start values, and the attitudes that are not given.
+// From the nodes and the start values, sets the place of each shared block, its free entries and
+// its start values. Also sets the attitudes that are not given.
 void LayOutParameters(const CalibrateOptions& options, const StartValues& start, PoseGraph* graph);
 
-// Sets the priors of the free entries, and removes all others.
+// Replaces the priors of the graph by those that `options` state for free entries.
 void AddPriors(const CalibrateOptions& options, PoseGraph* graph);
 
 }  // namespace truetriad

@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-// A recorded move in the form for integration; with forces if `accelerometer` is not null.
+// Converts a recorded move for integration; with forces if `accelerometer` is not null.
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
 
 // What a magnetometer or accelerometer measured during a move, true unit; empty if not recorded.
@@ -19,8 +19,8 @@ std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
                                           Triad triad,
                                           const TriadModel<double>& model);
 
-// σ of one gyroscope reading as it counts in a sum over a turn, raw unit: the noise inside the
-// rests, inflated by its correlation in time.
+// σ of one gyroscope reading for a sum over a turn, raw unit: the noise inside the rests, increased
+// for its correlation in time.
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope);
 
 }  // namespace truetriad

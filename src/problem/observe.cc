@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-// Least noise of a gyroscope reading, rad/s, even if a recording shows less: below any real noise.
+// Least σ of a gyroscope reading, rad/s, even if a recording shows less: no gyroscope is so good.
 constexpr double kLeastRateSigma = 1e-9;
 
 // The averaging time of a pose's mean, s: one sample spacing per sample; 0: unknown.

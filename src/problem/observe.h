@@ -8,9 +8,9 @@
 
 namespace truetriad {
 
-// The mean reading of a triad in `pose`, with its covariance: as stated, by an Allan deviation,
-// inside the rest, or for NoiseSource::kResidual of rounding alone. Error (bad input): the noise is
-// that of an Allan deviation, but the averaging time is unknown.
+// The mean reading of a triad in `pose` with its covariance: the stated one, that of an Allan
+// deviation, or that inside the rest. For NoiseSource::kResidual the covariance is that of rounding
+// alone. Error (bad input): an Allan deviation states the noise, but the averaging time is unknown.
 Result<Observation> Observe(const PoseSet& poses,
                             const StaticPose& pose,
                             Triad triad,

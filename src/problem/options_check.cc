@@ -90,7 +90,7 @@ void OptionsCheck::Sensor(Triad triad) {
           name + ": every noise sigma must be > 0, and at least 1e-30");
   Require(key + ".noise",
           !sensor.allan || !sensor.noise_sigma_raw,
-          name + ": noise is given twice, as sigma and from an Allan deviation");
+          name + ": noise is given twice, as sigma and from an Allan deviation; remove one");
   Require(key + ".noise",
           !sensor.allan || sensor.allan->IsValid(),
           name + ": an Allan deviation's noise density must be > 0 and its instability >= 0");
@@ -125,14 +125,14 @@ void OptionsCheck::Bends(Triad triad) {
           triad == Triad::kGyroscope || !field.known() ||
               sensor.nonlinearity->full_scale > *field.value,
           name +
-              ": the full scale of its non-linearity is less than the field that it measures; "
-              "state the end of its measuring range");
+              ": the full scale of the non-linearity is less than the field that the sensor "
+              "measures; state the end of the sensor's measuring range");
   Require(key,
           !options_.initialise.only,
           name +
-              ": start values have no σ that the non-linearity could widen; remove it, or "
-              "`initialise: { only: true }`");
-  // With both terms estimated the stated nonlinearity has no term left to widen.
+              ": start values have no σ that the non-linearity could widen; remove `nonlinearity`, "
+              "or `initialise: { only: true }`");
+  // If both are estimated, no term is left whose σ a stated nonlinearity could widen.
   Require(key,
           sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
               sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
@@ -154,8 +154,8 @@ void OptionsCheck::Reference() {
   Require(kKey,
           std::abs(reference.earth_rate->latitude_rad) <= 0.5 * std::numbers::pi &&
               std::isfinite(reference.earth_rate->declination_rad),
-          "earth rate: the latitude must lie between -90 and 90 degrees, and the declination be "
-          "finite");
+          "earth rate: the latitude must lie between -90 and 90 degrees, and the declination "
+          "must be finite");
   Require(
       kKey,
       !options_.HasGyroscopeAlone() && ((Has(Triad::kMagnetometer) && Has(Triad::kAccelerometer)) ||
@@ -175,7 +175,8 @@ void OptionsCheck::Attitudes() {
   const AttitudeOptions& attitudes = options_.attitudes;
   Require("gauge",
           options_.gauge != Gauge::kFixture || options_.IsBodyKnown(),
-          "gauge `fixture` needs known attitudes");
+          "gauge `fixture` needs known attitudes or, for a gyroscope alone, known axes of turns or "
+          "rates");
   Require("attitudes",
           attitudes.kind != AttitudeKind::kSixFace || Has(Triad::kAccelerometer),
           "six-face attitudes need the accelerometer to determine which face is up; enable it");
@@ -195,7 +196,7 @@ bool OptionsCheck::HoldsAll(Triad triad) const {
          sensor.g_sensitivity == Wanted::kNo && !sensor.thermal.any();
 }
 
-// Requires a free parameter of a sensor: gravity and the field are not parameters of the unit.
+// Requires a free parameter of some sensor; free gravity or field does not suffice.
 void OptionsCheck::HasSomethingToEstimate() {
   bool is_any = false, is_any_free = false;
   for (const Triad triad : kTriads) {
@@ -230,11 +231,12 @@ void OptionsCheck::Sweep() {
             name +
                 ": a sweep in few attitudes cannot separate sensitivity from bias; remove "
                 "`matrix_order`, or record poses at several temperatures (a soak)");
-    Require(
-        SensorKey(triad),
-        !sensor.HasAxisTerm(Wanted::kYes) && !sensor.HasAxisTerm(Wanted::kAuto) &&
-            sensor.g_sensitivity == Wanted::kNo,
-        name + ": a sweep determines only terms that change with temperature; remove the others");
+    Require(SensorKey(triad),
+            !sensor.HasAxisTerm(Wanted::kYes) && !sensor.HasAxisTerm(Wanted::kAuto) &&
+                sensor.g_sensitivity == Wanted::kNo,
+            name +
+                ": a sweep determines only terms that change with temperature; remove "
+                "g-sensitivity, quadratic, cubic and asymmetry terms");
   }
 }
 
@@ -245,7 +247,7 @@ void OptionsCheck::Motion() {
   Require("poses.motion",
           Has(Triad::kGyroscope) && (Has(Triad::kAccelerometer) || Has(Triad::kMagnetometer)),
           "motion: tracking the attitude needs the gyroscope and the accelerometer or "
-          "magnetometer; list them under `sensors:` (a sensor that is not to be calibrated as " +
+          "magnetometer; list them under `sensors:` (to keep a sensor's nominal gains, state " +
               SensorLine(Triad::kAccelerometer, "fixed: { matrix: identity }") + ")");
   Require("attitudes",
           options_.attitudes.kind == AttitudeKind::kNone,
@@ -266,7 +268,7 @@ void OptionsCheck::Motion() {
           "it, or remove `initialise:`");
 }
 
-// Why a calibration lacks the quantity of this limit, and the remedy; empty if it may have it.
+// Why the result cannot have the quantity of this limit, and the remedy; empty if it can.
 std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   const std::string_view quantity = limit.quantity.name;
   const bool needs_field = quantity == "reference.field_ut" || limit.GoesWithField();

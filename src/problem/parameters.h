@@ -35,17 +35,17 @@ using ReferenceVector = Eigen::Matrix<double, kReferenceSize, 1>;
 //   <triad>.bias         3   raw unit
 //   <triad>.sensitivity  9   raw per true unit, column-major
 //   <triad>.thermal          temperature terms that are wanted, thermal_block.h
-//   <triad>.session      3 for each session but the last, where each has its own bias: raw unit,
-//                            session_block.h
+//   <triad>.session      3 for each session but the last, if sessions have biases of their own:
+//                            raw unit, session_block.h
 //   <triad>.<axis term>  3   raw^-power, each that is wanted: terms.h
 //   g_sensitivity        9   raw of the gyroscope per m/s^2, column-major
 //   reference            6   g (m/s^2), B (uT), dip (rad), heading of the field (rad), tilt of the
 //                            fixture about its two level axes (rad)
 //   face_tilt            2 a face of the six-face block, rad about its two tangent axes
 //
-// Blocks that are not wanted have offset -1. An entry that is not estimated is held: its row of
-// `basis` is zero, and free coordinates t move the vector by basis * t. A basis (rather than a list
-// of free entries) also carries the tied entries of a symmetric matrix.
+// Blocks that are not wanted have offset -1. Free coordinates t change the vector by basis * t. An
+// entry that is not estimated is held: its row of `basis` is zero. A basis, unlike a list of free
+// entries, can tie entries of a symmetric matrix.
 struct SharedLayout {
   PerTriad<int> bias{{-1, -1, -1}};
   PerTriad<int> sensitivity{{-1, -1, -1}};
@@ -73,12 +73,13 @@ struct SharedLayout {
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
-  // The factors of the terms of `triad`; those of temperature are zero if it has no such terms.
+  // The factors of the terms of `triad`; without temperature terms, the factors of temperature are
+  // zero.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,
                            double temperature_rate_degcps,
                            int session) const;
-  // The triad's model with these factors of its terms.
+  // The triad's model at `shared`, its terms multiplied by `factors`.
   TriadModel<double> ModelOf(Triad triad,
                              const double* shared,
                              const ThermalFactors& factors) const;
@@ -93,7 +94,7 @@ struct SharedLayout {
 //
 //   `axis_map`  nearest signed permutation of the start value; for a leading triad that defines the
 //               body frame, the stated mounting. Models without rotation thus keep the axis order
-//               of the mounting, and a triangular matrix is triangular in that of sensing axes.
+//               of the mounting; a triangular matrix is triangular in the sensing axes' order.
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
                                               bool leading_triangular,
                                               const Eigen::Matrix3d& axis_map);
@@ -109,13 +110,14 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
 //   dip, heading, tilts  1              rad
 Eigen::VectorXd TypicalSizes(const SharedLayout& layout, const Eigen::VectorXd& shared);
 
-// "accelerometer.bias.x", "magnetometer.sensitivity.zz", "reference.dip_rad", one per entry;
-// temperature terms are named after the terms in tau that they replace. parameter_name.h.
+// The name of each entry: "accelerometer.bias.x", "magnetometer.sensitivity.zz",
+// "reference.dip_rad". Temperature terms are named after the terms in tau that they replace
+// (parameter_name.h).
 std::vector<std::string> ParameterNames(const SharedLayout& layout);
 
-// World vectors (true unit): specific force at rest, the magnetic field; zero for the gyroscope,
-// see EarthRate. docs/conventions.md, "Frames". They are in the frame of the attitudes, which a
-// fixture's tilt t rotates from the level one: Exp(-t) v.
+// The vector of the world that a triad senses, true unit: specific force at rest, or the magnetic
+// field; zero for the gyroscope, see EarthRate. docs/conventions.md, "Frames". It is in the frame
+// of the attitudes: a fixture's tilt t turns a level vector v into Exp(-t) v.
 Eigen::Vector3d WorldVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference);
 
 // d WorldVector / d (g, B, dip, heading, tilt).

@@ -31,8 +31,8 @@ using PoseStateJacobian = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 
 // What a node of the graph represents.
 enum class PoseRole {
   kRest,      // a rest of the unit
-  kMoment,    // a moment of its motion, with the readings about it
-  kRate,      // an interval of known rate; its attitude is unused (PoseNode::is_axis_known)
+  kMoment,    // a moment of the unit's motion, with the readings around it
+  kRate,      // an interval of known rate; the state is its axis, if that is unknown
   kTurnAxis,  // the mean rate of a known turn, which determines its axis
   kTurnEnd,   // begin or end of a known turn, held at the stated attitude; no rows
 };
@@ -48,9 +48,10 @@ struct Observation {
   Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
-  // For readings around a moment of motion: the mean over them of R_reading^T R_node, which rotates
-  // a vector from the body at the node to the body at the readings; and what that mean was computed
-  // from, null if it does not follow the gyroscope's parameters.
+  // For readings around a moment of motion: the mean of R_reading^T R_node over these readings. It
+  // rotates a vector from the body at the node to the body at the readings. `turning`: the
+  // quantities from which the mean follows; null if it is constant for all parameters of the
+  // gyroscope.
   Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
   std::shared_ptr<const Turning> turning;
   // Covariance with which the mean is weighted: rest noise and excess noise.
@@ -60,21 +61,22 @@ struct Observation {
   bool rejected = false;
 };
 
-// One pose of the graph: its readings, and what is known and estimated of its attitude. Its rows
-// (graph_rows.h) are in this order: those of its observations, three each; of the given attitude,
-// three; of the held heading, one; of the face, two.
+// One pose of the graph: its readings, and its known or estimated attitude. Its rows (graph_rows.h)
+// are in this order: three for each observation, three for a given attitude, one for a held
+// heading, two for a face.
 struct PoseNode {
   int number = 0;  // StaticPose::number; known rates and turns have the next numbers
   PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
-  double time_s = 0.0;  // the middle of its readings; without times its place among the poses
+  double time_s = 0.0;  // the middle of the readings; without times the pose's number
   PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // used only by temperature terms
   double temperature_rate_degcps = 0.0;
   int session = 0;
   std::vector<Observation> observations;
 
-  // The known rate; if its axis is unknown, only its size counts: the node's direction is the axis.
+  // The known rate. If its axis is unknown, only its magnitude is used; the node's direction is the
+  // axis.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
   // Mean specific force while the rate was held, by the accelerometer.
@@ -98,14 +100,14 @@ struct PoseNode {
   Eigen::Quaterniond rotation() const { return {state[3], state[0], state[1], state[2]}; }
   Eigen::Vector3d direction() const { return {state[0], state[1], state[2]}; }
 
-  // Model of `triad` at the pose's temperature.
+  // Model of `triad` at the pose's temperature and in its session.
   TriadModel<double> ModelOfTriad(const SharedLayout& layout,
                                   const double* shared,
                                   Triad triad) const;
 
   // Whether a reading or a given attitude determines the node's heading about the vertical.
   bool TellsHeading() const;
-  // Whether the field is inclined; else it is the vertical (CalibrateOptions::TurnsAgainstField).
+  // False if the field itself defines the vertical (CalibrateOptions::TurnsAgainstField).
   bool is_field_inclined = true;
 
   // Whether the gyroscope's row includes the earth's rate: only at rest, since a known rate is
@@ -114,8 +116,8 @@ struct PoseNode {
     return role == PoseRole::kRest && layout.CountsEarthRate();
   }
 
-  // Vector of `triad` in the body frame, true unit, at the given parameters; for the gyroscope the
-  // known rate, or the earth's.
+  // The vector that `triad` senses, in the body frame, true unit, at the given parameters. For the
+  // gyroscope: the known rate, or the earth's rate.
   Eigen::Vector3d FieldInBody(const SharedLayout& layout,
                               Triad triad,
                               const Eigen::Ref<const ReferenceVector>& reference,
@@ -134,7 +136,7 @@ struct PoseNode {
   // The block lower triangular W for which W^T W is the inverse covariance of all rows, robust
   // weights included.
   PoseRowMatrix SquareRootInformation() const;
-  // W^T W, with one block for every three rows on its diagonal.
+  // W^T W, block diagonal with blocks of at most three rows.
   PoseRowMatrix Information() const;
 
   // Moves the state by a step in its tangent space.

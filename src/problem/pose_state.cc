@@ -26,7 +26,7 @@ PlusJacobian PlusJacobianOf(PoseKind kind, const PoseValues& values) {
   if (kind == PoseKind::kDirection) {
     jacobian = TangentBasis(Eigen::Map<const Eigen::Vector3d>(values.data()));
   } else if (kind == PoseKind::kRotation) {
-    // The columns of q (d / 2, 1): the inverse of TangentFromQuaternion.
+    // Derivative of q (d / 2, 1) by d; TangentFromQuaternion is its left inverse.
     const Eigen::Map<const Eigen::Quaterniond> q(values.data());
     jacobian << 0.5 * (q.w() * Eigen::Matrix3d::Identity() + Skew(q.vec())),
         -0.5 * q.vec().transpose();

@@ -15,9 +15,10 @@ enum class PoseKind {
   kRotation,   // world <- body, 3 dof
 };
 
-// What the mean rotation of readings about one moment was computed from (rows/field_row.h).
+// The quantities from which the mean rotation of readings around a moment is computed
+// (rows/field_row.h).
 struct Turning {
-  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the readings' times about the moment
+  double mean_s = 0.0, mean_square_s2 = 0.0;             // of the readings' times from the moment
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();  // constant rate that fits the turns best
   Eigen::Vector3d rate_raw = Eigen::Vector3d::Zero();    // the gyroscope's reading at that rate
 };
@@ -45,8 +46,8 @@ PlusJacobian PlusJacobianOf(PoseKind kind, const PoseValues& values);
 // Two unit vectors that complete the unit vector `direction` to a right-handed frame.
 Eigen::Matrix<double, 3, 2> TangentBasis(const Eigen::Vector3d& direction);
 
-// Outward axis of a face of the six-face block (order +x, -x, +y, …) and its two tangent axes as
-// columns.
+// Columns: the outward axis of a face of the six-face block, and two tangent axes of this face.
+// Order of the faces: +x, -x, +y, ….
 Eigen::Matrix3d FaceAxes(int face);
 
 }  // namespace truetriad

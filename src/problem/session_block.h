@@ -7,16 +7,17 @@
 
 namespace truetriad {
 
-// Largest number of sessions of a unit. The Jacobian of a pose is on the stack, with 3 triads times
-// 3 (16 - 1) columns for their biases (kMaxSharedSize).
+// Largest number of sessions of a unit. The Jacobian of a pose is on the stack; session biases take
+// 3 (16 - 1) columns of it for each of 3 triads (kMaxSharedSize).
 inline constexpr int kMaxSessions = 16;
 
-// The session biases of a triad, as differences from the triad's bias, in blocks of 3: one for each
-// session but the last, whose difference is minus the sum of the others. The triad's bias is thus
-// the mean over all sessions.
+// The session biases of a triad, as differences from the triad's bias. Each session but the last
+// has a block of 3; the last session's difference is minus the sum of the others. The triad's bias
+// is thus the mean over all sessions.
 struct SessionBlock {
   int at = -1;
-  // For each session its place among those with readings of the triad; -1: it has none.
+  // For each session: its place among the sessions with readings of the triad; -1: it has no
+  // reading.
   std::vector<int> places;
   int seen = 0;  // number of sessions with readings of the triad
 
@@ -24,7 +25,8 @@ struct SessionBlock {
   int size() const { return 3 * block_count(); }
   int block_at(int i) const { return at + 3 * i; }
 
-  // The factor of block `i` in a session: 1 in the block's own, -1 in the last, 0 in others.
+  // The factor of block `i` in a session: 1 in the block's own session, -1 in the last session, 0
+  // in others.
   double Factor(int i, int session) const {
     if (session < 0 || session >= static_cast<int>(places.size())) return 0.0;
     const int place = places[static_cast<std::size_t>(session)];

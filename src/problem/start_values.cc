@@ -53,8 +53,8 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 
 namespace {
 
-// Refuses a label that differs from that of most rests with the same axis up. Labels that are
-// exchanged in all rests of a face are due to the mounting.
+// Refuses a label that differs from the label of most rests with the same axis up. If all rests of
+// a face have the label of another face, the mounting is the reason, and they pass.
 Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   std::vector<Eigen::Vector3d> readings;
   std::vector<std::size_t> labelled;
@@ -65,7 +65,7 @@ Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   }
   const auto seen = AssignFaces(readings);
   if (!seen) return {};  // The readings do not separate six faces: labels decide.
-  std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // of labels, by face of the reading
+  std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // [face of the reading][label]
   const auto place_of = [&](std::size_t i) { return static_cast<std::size_t>((*seen)[i]); };
   for (std::size_t i = 0; i < labelled.size(); ++i) {
     ++count[place_of(i)][static_cast<std::size_t>(faces[labelled[i]])];

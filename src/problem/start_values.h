@@ -16,8 +16,8 @@
 
 namespace truetriad {
 
-// Least |sin(dip)| (1.15 degrees) at which the dip's sign tells the hemisphere; below it,
-// handedness does.
+// Least |sin(dip)| (1.15 degrees) for which the sign of the dip determines the hemisphere; below
+// it, handedness decides.
 inline constexpr double kEquatorSine = 0.02;
 
 // Dip of a field that itself defines the vertical (CalibrateOptions::TurnsAgainstField).
@@ -39,8 +39,9 @@ StartValues StartAt(const PoseGraph& graph);
 // Readings of `triad`, one per pose.
 std::vector<Eigen::Vector3d> ReadingsOf(const PoseSet& poses, Triad triad);
 
-// Threshold, as a share of the field, above which a length error is due neither to noise nor to a
-// rough start; `errors` are those of all readings. Infinite if there are too few.
+// Above this length error, as a share of the field, a reading is disturbed: neither noise nor a
+// rough start explains the error. `errors`: those of all readings. Infinite if there are too few
+// errors.
 double WildFrom(std::vector<double> errors);
 
 // Median over the poses, axis by axis, which one disturbed pose hardly changes. Zero without poses.
@@ -49,8 +50,8 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad);
 // Sets the attitudes that are not given, by TRIAD (two sensors) or as a direction (one sensor).
 void SetStartAttitudes(const StartValues& start, PoseGraph* graph);
 
-// Propagates headings along the chains of turns, from the first pose of each; tilts do not change.
-// Held headings are set to the result.
+// Propagates headings along each chain of turns, beginning at the chain's first pose; tilts do not
+// change. Held headings are set to the result.
 void SetStartHeadings(PoseGraph* graph);
 
 // Face of each pose (index in order +x, -x, +y, …), stated or found; -1 without accelerometer.

@@ -8,7 +8,7 @@ ThermalFactors ThermalScale::FactorsAt(double temperature_degc,
   const double v = (temperature_degc - centre_degc) / half_range_degc;
   const double v_ref = (reference_degc - centre_degc) / half_range_degc;
   ThermalFactors factors;
-  // T_{i+1} = 2 v T_i - T_{i-1}, at both places.
+  // T_{i+1} = 2 v T_i - T_{i-1}, at v and at v_ref.
   double before = 1.0;
   double value = v;
   double before_ref = 1.0;
@@ -30,7 +30,7 @@ ThermalFactors ThermalScale::FactorsAt(double temperature_degc,
 }
 
 Eigen::MatrixXd ThermalScale::PowersOfTau(int order) const {
-  // Coefficients of tau^0 … tau^order of T_i(v), v = v_ref + tau / half_range.
+  // Column i: coefficients of tau^0 … tau^order in T_i(v), v = v_ref + tau / half_range.
   const double v_ref = (reference_degc - centre_degc) / half_range_degc;
   Eigen::MatrixXd chebyshev = Eigen::MatrixXd::Zero(order + 1, order + 1);
   chebyshev(0, 0) = 1.0;

@@ -15,22 +15,23 @@ namespace truetriad {
 // Largest number of bias terms of a triad: powers of tau and three rates.
 inline constexpr int kMaxThermalVectors =
     ThermalOptions::kMaxBiasOrder + static_cast<int>(kRateTermCount);
-// Largest number of unknowns of these terms: 3 per bias term, 9 per power in the sensitivity.
+// Largest number of unknowns of a triad's temperature terms: 3 per bias term, 9 per power of tau in
+// the sensitivity.
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
 // No session: the bias is then the mean of the sessions.
 inline constexpr int kNoSession = -1;
 
-// Factors that multiply the terms of a triad at one pose: those of temperature terms, and the
-// pose's session, from which those of session biases follow (session_block.h).
+// Factors that multiply the terms of a triad at one pose: the factors of temperature terms, and the
+// session, which determines the factors of session biases (session_block.h).
 struct ThermalFactors {
-  std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // factor of the term for tau^i
+  std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // [i - 1]: of the term for tau^i
   PerRateTerm<double> rate;
   int session = kNoSession;
 };
 
-// The variables of temperature terms: of size 1 over the poses, and zero at the reference, where
-// bias and sensitivity are stated.
+// The variables of temperature terms: of the order of 1 over the poses, and zero at the reference
+// temperature, at which bias and sensitivity are stated.
 //
 //   power i   T_i(v) - T_i(v_ref)      T_i: Chebyshev polynomial,  v = (T - centre) / half_range
 //   rates     of tau / half_range and q, terms.h                   q = T' / rate
@@ -45,7 +46,8 @@ struct ThermalScale {
 
   ThermalFactors FactorsAt(double temperature_degc, double temperature_rate_degcps) const;
 
-  // Column i - 1: coefficients of tau^1 … tau^order in power i. Upper triangular.
+  // Column i - 1: the coefficients of tau^1 … tau^order in the variable of power i. Upper
+  // triangular.
   Eigen::MatrixXd PowersOfTau(int order) const;
 };
 
@@ -66,16 +68,16 @@ struct ThermalBlock {
   int vector_at(int i) const { return at + 3 * i; }
   int matrix_at(int i) const { return at + 3 * vector_count() + 9 * i; }
 
-  // Factors of the vectors, in their order; those of the matrices are factors.power.
+  // Factors of the block's vectors, in their order. The factors of its matrices are factors.power.
   std::array<double, kMaxThermalVectors> VectorFactors(const ThermalFactors& factors) const;
 
-  // Adds the terms at `shared` to the model at the reference.
+  // Adds the terms, with the values in `shared`, to a model at the reference temperature.
   void AddTerms(const ThermalFactors& factors,
                 const double* shared,
                 TriadModel<double>* model) const;
 
-  // Row i: coefficients of listed term i (bias tau^1, tau^2, …, rates) in the vectors, or for
-  // sensitivities in the matrices. Listed terms are those of ThermalTerms.
+  // Row i expresses term i of ThermalTerms (tau^1, tau^2, … and, for the bias, rates) by this
+  // block's vectors or, for the sensitivity, by its matrices.
   Eigen::MatrixXd ListedFromVectors(const ThermalScale& scale) const;
   Eigen::MatrixXd ListedFromMatrices(const ThermalScale& scale) const;
 

@@ -20,7 +20,7 @@ struct ArrayStream {
   Unit unit;
   std::vector<std::int64_t> time_ns;     ///< Empty: rows without times.
   std::vector<double> x, y, z;           ///< Raw.
-  std::vector<double> temperature_degc;  ///< Empty, or as long as x; NaN where not known.
+  std::vector<double> temperature_degc;  ///< Empty, or as long as x; NaN: not known.
   std::vector<std::int32_t> pose;        ///< Empty, or as long as x.
   std::vector<std::int64_t> row;         ///< Index in the given arrays.
 
@@ -31,7 +31,7 @@ struct ArrayStream {
 struct ArrayRecording {
   std::string name;  ///< The name used instead of a file's in messages and results.
   std::string serial;
-  std::vector<ArrayStream> streams;  ///< At most one a triad.
+  std::vector<ArrayStream> streams;  ///< At most one per triad.
   bool has_time = true;
 
   /// Drops rows without a reading. Error (bad input): no stream, streams with and without time, an

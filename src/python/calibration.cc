@@ -74,7 +74,7 @@ void CheckTemperature(const Doubles& temperature) {
   if (infinite == values + temperature.size()) return;
   Raise(Error(ErrorCode::kValueOutOfRange,
               "temperature " + std::to_string(infinite - values) +
-                  " is infinite; expected degC, NaN where it is not known"));
+                  " is infinite; expected degC, or NaN if it is not known"));
 }
 
 /// Checks the times along which a filter runs.
@@ -219,7 +219,7 @@ void Save(const HeldCalibration& held, const std::filesystem::path& path) {
     if (std::filesystem::equivalent(path, input.file, other)) {
       Raise(Error(ErrorCode::kOutputInTheWay,
                   {path.string()},
-                  "is the recording that was calibrated from; choose another name"));
+                  "is a recording that this calibration was made from; choose another name"));
     }
   }
   Check(WriteFileAtomically(path.string(), CalibrationToYaml(*held.value)));
@@ -241,7 +241,7 @@ void BindCopies(Class& of) {
   of.def("__deepcopy__", [](const py::object& self, const py::dict&) { return self; });
 }
 
-/// The calibration in the bytes of PickleOf.
+/// The calibration that PickleOf turned into these bytes.
 HeldCalibration Unpickled(const py::bytes& yaml) {
   return HeldCalibration(ValueOf(CalibrationFromYaml(std::string(yaml), "<pickle>")));
 }
@@ -369,7 +369,8 @@ temperature: degC, one number or (N,); needed with temperature terms, clamped to
 time: s, (N,), not decreasing; needed if terms depend on the rate of temperature, or on a lag.
 specific_force: m/s^2, (N, 3) or (3,), corrected; needed with g-sensitivity.
 out: where the result goes; may be readings itself.
-Returns the shape of readings, in output_unit. Raises Usage for shapes, BadInput for what is missing.)");
+Returns an array of the shape of readings, in output_unit. Raises Usage for wrong shapes, BadInput if a
+needed argument is missing.)");
 }
 
 }  // namespace
@@ -380,7 +381,7 @@ void BindCalibration(py::module_& module) {
   const auto sensor = [](Triad triad) {
     return [triad](const HeldCalibration& c) { return SensorOf(c, triad); };
   };
-  constexpr char kSensor[] = "The Sensor; None if it is not calibrated.";
+  constexpr char kSensor[] = "The Sensor; None if it was not calibrated, or is not usable.";
   py::class_<HeldCalibration> calibration(module, "Calibration", R"(What calibration.yaml holds.
 
 A calibration that is not usable (exit code 3 of the command line) has no sensors and no covariance; its

@@ -51,7 +51,8 @@ Answer AnswerOf(const VerbReport& report, const Json& json) {
   return {report.text, TextOf(json), report.html};
 }
 
-/// An experiment or a scenario, as a file or as a text. With neither only calibrate has defaults.
+/// An experiment or a scenario, as a file or as a text. If there is neither, calibrate has
+/// defaults; other verbs fail.
 struct Document {
   std::optional<fs::path> path;
   std::optional<std::string> text;
@@ -211,8 +212,8 @@ Result<Answer> RunCompare(const Calibration& a, const Calibration& b) {
   Texts about;
   if (IsMadeFrom(a, b.inputs) || IsTooAlike(found)) {
     about.emplace_back(
-        "Both were made from the same readings, so they share their noise and agree better than "
-        "two separate recordings would.");
+        "Both were made from the same readings, so they share the noise and agree better than "
+        "calibrations from two recordings would.");
   }
   return AnswerOf(ReportOf(found, about), ToTree(found));
 }
@@ -284,7 +285,7 @@ Result<ArrayRecording> ReadAll(SampleSource* source, const ProgressCallback& pro
   }
 }
 
-/// The arguments of Recording._add as Python objects.
+/// The stream as a tuple: name of the sensor, unit, readings, times, temperatures or None.
 py::tuple ArraysOf(const ArrayStream& stream) {
   const auto count = static_cast<py::ssize_t>(stream.size());
   Doubles readings({count, py::ssize_t{3}});

@@ -19,14 +19,14 @@
 namespace truetriad {
 namespace {
 
-/// The interval in which a limit from `lower` (infinite: none) is drawn. Two limits are its ends; a
-/// single limit gets an interval wide enough that the value is seen.
+/// The interval of values that the bar of a limit covers. Two limits are its ends. If there is one
+/// limit (`lower` may be infinite), the interval is wide enough to show the value.
 Range ShownOf(const LimitCheck& check, double lower) {
   const double upper = check.limit.upper;
   if (std::isfinite(lower) && std::isfinite(upper) && lower < upper) return {lower, upper};
   const double alone = std::isfinite(upper) ? upper : lower;
   const double room = std::isfinite(upper) ? upper - check.worst : check.worst - lower;
-  // A value beyond the limit lies at most 1/6 of the reach outside it, within LimitLayout::beyond.
+  // A value beyond the limit is outside by 1/6 of `reach` at most, less than LimitLayout::beyond.
   double reach =
       std::max({std::abs(alone), 4.0 * check.sigma, room > 0.0 ? 1.25 * room : -6.0 * room});
   if (!(reach > 0.0) || !std::isfinite(reach)) reach = 1.0;
@@ -34,11 +34,11 @@ Range ShownOf(const LimitCheck& check, double lower) {
           std::isfinite(lower) ? alone + reach : alone};
 }
 
-/// The sizes of a chart of limits in user units, narrow enough for a telephone: names above bars.
+/// The sizes of a chart of limits in user units. Names stand above the bars to fit a telephone.
 struct LimitLayout {
-  double left = 16.0;      ///< A bar beyond the lower limit ends here.
+  double left = 16.0;      ///< A bar begins here, beyond the lower limit.
   double allowed = 240.0;  ///< The length of the allowed interval.
-  double beyond = 0.2;     ///< Bars end this share of `allowed` beyond it.
+  double beyond = 0.2;     ///< By this share of `allowed` bars extend beyond it.
   double name = 15.0;      ///< Height of a name.
   double bar = 16.0;
   double row = 39.0;  ///< A name, its bar and the gap to the next name.
@@ -82,8 +82,8 @@ class LimitBar {
     svg_.Line(X(value), top_ - 2.0, X(value), top_ + kBars.bar + 3.0, style);
   }
 
-  /// The guard band: values nearer to a limit than k of their σ. It is drawn higher than the bar,
-  /// which would hide a narrow band.
+  /// The guard band: the values that are inside a limit by less than k σ. It is drawn taller than
+  /// the bar, which would otherwise hide a narrow band.
   void DrawGuard(double low, double high) {
     if (low < high) svg_.Rectangle(X(low), top_ - 2.0, X(high) - X(low), kBars.bar + 4.0, "guard");
   }
@@ -132,8 +132,8 @@ Drawing LimitDrawing(const std::vector<LimitCheck>& limits) {
     y += kBars.row;
   }
   return {svg.Finish(),
-          "Worst value for each limit (bar) with ±2σ (line), compared with the limit; in another "
-          "colour its guard band, if one is set."};
+          "Worst value for each limit (bar) with ±2σ (line), compared with the limit. A guard "
+          "band, if one is set, is shown in another colour."};
 }
 
 Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
@@ -170,8 +170,8 @@ Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
     row -= 1.0;
   }
   return {svg.Finish(),
-          "Each difference in its σ, with ±1 σ (line). Shaded: ±2 σ, in which 95 of 100 lie by "
-          "chance."};
+          "Each difference in units of its σ, with ±1 σ (line). Shaded: ±2 σ, where 95 of 100 "
+          "differences lie if only chance causes them."};
 }
 
 Drawing CorrelationDrawing(const NamedCovariance& covariance) {
@@ -234,20 +234,21 @@ Drawing HeadingDrawing(const Calibration& calibration) {
     corrected.series[0].Add(heading, 0.0, 2.0 * kDegPerRad * error.sigma_rad);
     if (!error.raw_rad) continue;
     const double raw_deg = kDegPerRad * *error.raw_rad;
-    // A reading that passes ±180° continues on the other side with a new line.
+    // When the error passes ±180°, it continues on the other side with a new line.
     if (raw.series.empty() || std::abs(raw_deg - raw.series.back().points.back().second) > 180.0) {
       raw.series.push_back({.style = "line"});
     }
     raw.series.back().Add(heading, raw_deg);
   }
   return {Chart("Heading error round the compass", {raw, corrected}),
-          "Heading error of a level unit turned through 360°, with its tilt from the "
-          "accelerometer: for raw readings, and as expected from the σ of the parameters."};
+          "Heading error of a level unit turned through 360°; the accelerometer gives the tilt. "
+          "Raw: error of the raw readings. Corrected: error expected from the σ of the "
+          "parameters."};
 }
 
 namespace {
 
-/// σ of each axis of a pose's residual from the noise that weighted it, true unit.
+/// σ of a pose's residual along each axis, from the noise used for its weight. True unit.
 Eigen::Vector3d AxisSigmas(const TriadCalibration& sensor) {
   const Eigen::Matrix3d spread = sensor.model.Correction() * sensor.noise.sigma.asDiagonal();
   const double excess = sensor.noise.excess_sigma;
@@ -277,7 +278,7 @@ class Residuals {
     return range;
   }
 
-  /// The scale is that of the poses used; a rejected pose would flatten their residuals.
+  /// Only the poses used determine the scale: a rejected pose would flatten their residuals.
   Range ValueRange(int axis) const {
     double largest = 3.3 * sigma_[axis];
     for (const PoseResidual* pose : poses_) {
@@ -315,7 +316,7 @@ class Residuals {
     for (const PoseResidual* pose : poses_) {
       if (!(pose->weight > 0.0)) continue;
       if (triad_ != Triad::kGyroscope) {
-        // The σ of the length is that of the axes along which the reading lies.
+        // The σ of the length is the σ of the axes along the direction of the reading.
         const double sigma = pose->direction.cwiseProduct(sigma_).norm();
         if (sigma > 0.0) values.push_back(pose->norm_error / sigma);
         continue;
@@ -345,7 +346,7 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Points points;
   Range both;
   const auto count = static_cast<double>(values.size());
-  // Residuals further out are drawn at the edge with their value, and do not flatten the others.
+  // Residuals beyond `far` are drawn at the edge with their value, to not flatten the others.
   constexpr double kFar = 3.0;  // Times the expected largest of `count` values.
   const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -393,8 +394,8 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
           "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
           "Right: " +
           (triad == Triad::kGyroscope ? "axes" : "lengths") +
-          " in σ against the normal distribution: on the dashed line if both agree; far ones on "
-          "the edge, with their value.",
+          " in σ against the normal distribution; normal errors lie on the dashed line. Far errors "
+          "are on the edge, with their value.",
       std::string(TriadName(triad))};
 }
 

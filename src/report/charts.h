@@ -18,7 +18,7 @@
 namespace truetriad {
 
 // The figures of pages, with their captions. A figure with nothing to draw is empty. Points are
-// thinned to the extremes of neighbours, so a figure's size does not grow with the poses.
+// thinned to the extremes of neighbours, so that a figure of many poses does not grow.
 
 /// Calls `draw` for each sensor and collects the drawings.
 template <typename Draw>
@@ -44,19 +44,19 @@ inline constexpr int kHeadings = 72;
 /// without an accelerometer or a magnetometer.
 Drawing HeadingDrawing(const Calibration& calibration);
 
-/// One sensor: the residual of each axis at each pose with ±3σ of the noise that weighted it, and
-/// all residuals against the quantiles of the normal distribution (for a vector sensor the errors
-/// of length, for a gyroscope at rest those of each axis).
+/// One sensor: the residual of each axis at each pose, with ±3σ of the noise used for the weight.
+/// Beside it, errors against the quantiles of the normal distribution: errors of length for a
+/// vector sensor, residuals of each axis for a gyroscope at rest.
 Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
                         const std::optional<TriadCalibration>& sensor,
                         Triad triad);
 
-/// Turns: the estimated less the stated angle with ±2σ, and the error of each turn held out.
+/// Turns: the estimated minus the stated angle with ±2σ, and the error of each held-out turn.
 Drawing TurnDrawing(const RestQuality& quality);
 
 /// A recording over time: readings of each sensor with rests shaded and rejected rests crossed, the
-/// intervals left out, and the temperature of the rests. It is empty without times.
-/// `leads_to_rows`: the page has a row for each pose.
+/// intervals left out, and the temperature of the rests. Empty if the poses have no times.
+/// `leads_to_rows`: the page has a row for each pose, to which rests lead.
 Drawing TimelineDrawing(const PoseSet& poses,
                         const std::vector<RejectedPose>& rejected,
                         bool leads_to_rows);
@@ -69,23 +69,23 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis);
 /// the temperatures before.
 bool FollowsThePast(const Calibration& calibration, Triad triad, int axis);
 
-/// One axis: the bias over temperature and its rate, as coloured cells. It is empty if
+/// One axis: the bias over temperature and the temperature's rate, as coloured cells. Empty if
 /// FollowsThePast.
 Drawing SweepSurfaceDrawing(const Calibration& calibration, Triad triad, int axis);
 
-/// The bias at each temperature as its poses alone give it, for a sensor with temperature terms.
+/// The bias that the poses of each temperature alone give. Empty without temperature terms.
 std::vector<TemperatureSetting> SettingsOf(const Calibration& calibration, Triad triad);
 
-/// One axis: the bias that the poses of each temperature give by themselves with ±2σ, and the bias
-/// that the temperature terms predict with ±2σ; beside them the difference.
+/// One axis: the bias that the poses of each temperature give by themselves, and the bias that the
+/// temperature terms predict with ±2σ; beside them the difference with ±2σ.
 Drawing SoakDrawing(const Calibration& calibration, Triad triad, int axis);
 
 /// A cube in the given attitude, seen by an observer who looks north from a little above and to the
-/// right. Coloured arrows are the body axes x, y, z; north and up are drawn beside it.
+/// right. Coloured arrows are the body axes x, y, z; north and up are drawn beside the cube.
 std::string PosePicture(const Eigen::Quaterniond& world_from_body, std::string_view label);
 
-/// A vector sensor's reading at one pose in units of the field it senses: without errors each lies
-/// on the unit sphere. Body frame.
+/// A vector sensor's reading at one pose, in units of the field that it senses, body frame. Without
+/// errors the reading lies on the unit sphere.
 struct SpherePoint {
   int pose = 0;                                         ///< StaticPose::number.
   bool is_rejected = false;                             ///< Not part of the solution.
@@ -94,8 +94,9 @@ struct SpherePoint {
   Eigen::Vector3d corrected = Eigen::Vector3d::Zero();  ///< The reading by the calibration.
 };
 
-/// One point for each pose, in their order, at the reference temperature. Counts with no known gain
-/// are divided by their mean gain. Empty for a gyroscope, without rests and for an unknown field.
+/// One point for each pose, in their order, at the reference temperature. If the nominal gain of
+/// counts is unknown, they are divided by the mean gain found. Empty for a gyroscope, without rests
+/// or if the field is unknown.
 std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad);
 
 /// The factor 1, 2, 5, 10, 20 ... by which errors are enlarged: the largest that keeps the greatest
@@ -105,8 +106,8 @@ double SphereMagnification(const std::vector<SpherePoint>& points);
 /// How far from the centre the furthest raw reading is drawn, in radii; at least 1.
 double SphereReach(const std::vector<SpherePoint>& points, double factor);
 
-/// At most about `most` points: all rejected ones, and of each run of neighbours the one with the
-/// greatest error after the calibration.
+/// Thins to about `most` points: keeps all rejected ones and, of each group of neighbours, the one
+/// with the greatest error after the calibration.
 std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most);
 
 /// The body axis with the largest σ of a sensor's bias, if one axis is clearly worst. True unit.
@@ -125,8 +126,8 @@ inline Eigen::Vector3d Magnified(const Eigen::Vector3d& reading,
 }
 
 /// Raw and corrected readings on the unit sphere, errors enlarged, from above and from the side.
-/// `turns`: the drawing holds data from which sphere.js, if Plotly is in the page and the browser
-/// has WebGL, draws a sphere that can be turned in its place.
+/// `turns`: the drawing also holds data for sphere.js. If the page has Plotly and the browser has
+/// WebGL, sphere.js replaces the drawing by a sphere that can be turned.
 Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns);
 
 /// Directions of the poses on two Lambert equal-area discs, z up and z down. Directions further
@@ -143,7 +144,7 @@ struct NextPose {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();  ///< World: x north, z up.
 };
 std::optional<NextPose> NextPoseFor(const Calibration& calibration);
-/// A picture of that pose.
+/// A picture of the pose of NextPoseFor.
 Drawing NextPoseDrawing(const Calibration& calibration);
 
 }  // namespace truetriad

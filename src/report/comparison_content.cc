@@ -20,9 +20,9 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kWorstPoses = 5;  // Five poses show whether they have something in common.
+constexpr std::size_t kWorstPoses = 5;  // Enough to see whether they have something in common.
 
-/// The poses with the largest normalised residuals of the calibration's prediction.
+/// The poses with the largest normalised residuals.
 Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   std::stable_sort(residuals.begin(), residuals.end(), [](const auto& a, const auto& b) {
     return std::abs(a.normalized) > std::abs(b.normalized);
@@ -36,7 +36,7 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
   return table;
 }
 
-// RMS errors and their ratios to the predicted ones.
+// RMS errors before and after calibration, the predicted RMS and the misfit.
 Table TableOf(const EvaluationSummary& evaluation) {
   Table table = Headed(
       "RMS of |C(y - b)| - reference; uncalibrated; calibrated; predicted; misfit; unit", "lrrrrl");
@@ -94,7 +94,8 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
   std::vector<std::string> names;
   for (const Triad triad : evaluation.not_tested) names.emplace_back(TriadName(triad));
   if (!names.empty()) {
-    tested += " NOT TESTED: " + Listed(names) + ", of which the recording has no rests.";
+    tested +=
+        " NOT TESTED, because the recording has no rests of these sensors: " + Listed(names) + ".";
   }
   switch (VerdictOf(evaluation)) {
     case PredictionVerdict::kNotEvaluated:
@@ -104,11 +105,11 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
     case PredictionVerdict::kNoTest:
       return {Grade::kCaution,
               "NOT A TEST: the calibration was made from this recording, so that small errors "
-              "prove nothing; evaluate another one",
+              "prove nothing; evaluate another recording",
               tested};
     case PredictionVerdict::kNoPrediction:
       return {Grade::kCaution,
-              "EVALUATED, but there is no noise from which to predict the errors",
+              "EVALUATED, but the errors cannot be predicted, since the noise is unknown",
               tested};
     case PredictionVerdict::kAsPredicted:
       if (WorstErrorRatio(evaluation).value_or(0.0) > kExpectedErrorRatio) {
@@ -130,7 +131,7 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const auto& before = evaluation.norm_rms_before[triad];
     if (!before || !(*evaluation.norm_rms[triad] > *before)) continue;
-    tested += " The uncalibrated " + std::string(TriadName(triad)) +
+    tested += " Without the calibration the " + std::string(TriadName(triad)) +
               "'s errors are smaller: check for a calibration of another unit, exchanged or "
               "reversed axes, or a log that was corrected already.";
     break;
@@ -161,7 +162,7 @@ VerbReport ReportOf(const EvaluationSummary& evaluation,
     errors.Add(
         std::to_string(evaluation.clamped_poses) +
         " poses lie outside the calibrated temperature range; they were evaluated with the terms "
-        "at its nearest end.");
+        "at the nearest end of the range.");
   }
   if (evaluation.angle_ratio) {
     errors.Add(
@@ -210,7 +211,7 @@ std::string WordsOf(const ErrorOfTwo& error, const SideBySide& both) {
 
 std::string Times(const ErrorOfTwo& error) { return Significant(error.times(), 3) + " times"; }
 
-// "37 times as large (Gyroscope, at rest)": the largest ratio of errors in which `better` wins.
+// "37 times as large (Gyroscope, at rest)": the largest ratio among the errors that `better` wins.
 std::string MostOf(const SideBySide& both, Better better) {
   const ErrorOfTwo* most = nullptr;
   for (const ErrorOfTwo& error : both.errors) {
@@ -225,7 +226,8 @@ Headline HeadlineFor(const SideBySide& both) {
   for (const auto& [evaluation, name] : {std::pair(&both.a, "A"), std::pair(&both.b, "B")}) {
     if (evaluation->is_own) {
       explanation += (explanation.empty() ? "" : " ") + std::string(name) +
-                     " was made from this recording, which favours it; evaluate both on another.";
+                     " was made from this recording and is favoured by it; evaluate both on "
+                     "another recording.";
     }
   }
   const std::string poses = Counted(both.a.poses, "pose");
@@ -251,7 +253,7 @@ Headline HeadlineFor(const SideBySide& both) {
   return {Grade::kNeutral,
           both.errors.empty()
               ? "NOT COMPARED: the recording has no poses of a sensor that both have"
-              : "NO DIFFERENCE beyond both a tenth and chance on these " + poses,
+              : "NO DIFFERENCE that exceeds both a tenth and chance on these " + poses,
           explanation};
 }
 
@@ -282,15 +284,15 @@ VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& abou
   if (both.field_ut) {
     held += " and a field of " + Significant(*both.field_ut, 4) + " " +
             TruthUnit(Triad::kMagnetometer) +
-            ", which is valid only at the place of calibration, so the spread of the length "
-            "about its mean decides instead";
+            "; this field is valid only at the place of calibration, so for the magnetometer the "
+            "spread of the length about its mean decides instead";
   }
   content.sections.push_back(
       {"Errors on these poses",
        {std::move(table),
         held + ".",
-        "Better: smaller by a tenth and by more than chance (1 in 1000), the poses being the same "
-        "for both."}});
+        "Better: the error is smaller by more than a tenth, and chance (1 in 1000) does not "
+        "explain it. Both have the same poses."}});
   return ReportOf(content);
 }
 

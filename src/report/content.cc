@@ -20,12 +20,12 @@
 namespace truetriad {
 namespace {
 
-/// Of findings of one kind, and of correlations, only the first three are listed.
+/// Only the first three findings of a kind, and the first three correlations, are listed.
 constexpr std::size_t kFewAlike = 3;
 /// Beyond this many degrees of freedom Student's t is the normal distribution to three digits.
 constexpr double kManyDof = 1e4;
-/// Correlations above this are reported. At ρ = 0.9 the difference of two such parameters has σ √(2
-/// · 0.1) = 0.45 of theirs.
+/// Correlations above this are reported. If two parameters of equal σ have ρ = 0.9, the σ of their
+/// difference is √(2 · 0.1) = 0.45 of it.
 constexpr double kStrongCorrelation = 0.9;
 
 std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion) {
@@ -36,11 +36,11 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     text += std::string(from_motion ? "; plus motion noise of " : "; plus pose-to-pose noise of ") +
             Significant(noise.excess_sigma, 2) + " " + TruthUnit(triad);
     if (std::isinf(noise.excess_dof)) {
-      text += " (excess σ, as stated)";
+      text += " (excess σ, as stated, not estimated)";
     } else if (noise.excess_dof > 0.0) {
-      // These are the degrees of freedom of the summed noise, which weights the readings. If the
-      // rest noise dominates, those of the excess noise alone are few and have little effect.
-      text += " (excess σ; their sum has " +
+      // States the degrees of freedom of the summed noise, which weights the readings. If the rest
+      // noise dominates, the excess noise alone has few degrees of freedom, with little effect.
+      text += " (excess σ; both noises together have " +
               (noise.excess_dof < kManyDof ? Significant(noise.excess_dof, 3) : "very many") +
               " degrees of freedom)";
     }
@@ -60,13 +60,13 @@ std::string IntervalSentence(double dof) {
          " effective degrees of freedom).";
 }
 
-/// The most correlated pairs in words; empty without any.
+/// The most correlated pairs in words; empty if no pair is strongly correlated.
 std::string CorrelationSentence(const NamedCovariance& covariance) {
   std::vector<std::pair<double, std::string>> strong;  // |ρ| and the pair in words.
   Eigen::MatrixXd matrix = covariance.matrix;
   const auto size = static_cast<Eigen::Index>(covariance.parameters.size());
   if (matrix.rows() != size || matrix.cols() != size) return "";
-  // All gains are correlated with gravity through the model, so gravity is conditioned out.
+  // The model correlates all gains with gravity, so correlations are stated for fixed gravity.
   const auto gravity = std::find(
       covariance.parameters.begin(), covariance.parameters.end(), "reference.gravity_mps2");
   if (gravity != covariance.parameters.end()) {
@@ -79,7 +79,7 @@ std::string CorrelationSentence(const NamedCovariance& covariance) {
   for (Eigen::Index i = 0; i < size; ++i) {
     for (Eigen::Index j = 0; j < i; ++j) {
       const double rho = matrix(i, j) / std::sqrt(matrix(i, i) * matrix(j, j));
-      // Tied entries have ρ = ±1 by design; fixed ones have NaN.
+      // Tied parameters have ρ = ±1 by design; fixed parameters have NaN.
       if (!(std::abs(rho) > kStrongCorrelation) || std::abs(rho) > 1.0 - 1e-9) continue;
       strong.emplace_back(std::abs(rho),
                           covariance.parameters[static_cast<std::size_t>(j)] + " with " +
@@ -117,13 +117,13 @@ std::string AllowedText(const std::string& name, const Limit& limit) {
   return Significant(limit.lower, 4) + " to " + Significant(limit.upper, 4);
 }
 
-/// " (± 0.4978)": the limit less k σ of the value; empty without a guard band.
+/// " (± 0.4978)": the allowed values less the guard band of k σ; empty without a guard band.
 std::string GuardedText(const LimitCheck& check) {
   const double guard = check.guard_band_k * check.sigma;
   if (!(guard > 0.0)) return "";
   Limit left = check.limit;
   left.lower += guard, left.upper -= guard;
-  if (left.lower > left.upper) return " (nothing)";
+  if (left.lower > left.upper) return " (no value passes)";
   return " (" + AllowedText(check.name, left) + ")";
 }
 
@@ -154,8 +154,8 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
   }
   section.Add(std::move(table));
   section.Add(
-      "In true units, so a bias is divided by its gain. P outside: the probability that the "
-      "true value is outside its limit on any axis, each axis at its worst temperature.");
+      "All values are in true units, so a bias is divided by its gain. P outside: the probability "
+      "that the true value is outside its limit on any axis, each axis at its worst temperature.");
   // Files of earlier versions state no guard band.
   if (const double k = limits.front().guard_band_k; k > 0.0) {
     section.Add("A guard band is set: a value passes only if it is inside its limit by at least " +
@@ -167,13 +167,13 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
 
 namespace {
 
-/// A finding and the sensors that it applies to with the same words.
+/// A finding and the sensors to which it applies in the same words.
 struct SharedFinding {
   const Finding* finding;
   std::vector<std::string> sensors;  ///< The sensors with which the text begins.
 };
 
-/// The message without the name of the sensor with which it begins.
+/// The message without the sensor's name at its beginning.
 std::string_view WithoutSensor(const Finding& finding, std::string_view message) {
   if (!finding.sensor) return message;
   const std::string head = std::string(TriadName(*finding.sensor)) + ": ";
@@ -201,7 +201,7 @@ std::vector<SharedFinding> SharedFindings(const Findings& findings, Severity sev
   return shared;
 }
 
-/// Refusals, then warnings, then notes; of many of one kind only the first few.
+/// Refusals, then warnings, then notes. If a kind has many findings, only the first few are listed.
 Section FindingsSection(const Calibration& calibration) {
   Section section{calibration.IsUsable() ? "Findings" : "Why", {}};
   for (const Severity severity : {Severity::kRefusal, Severity::kWarning, Severity::kNote}) {
@@ -212,7 +212,7 @@ Section FindingsSection(const Calibration& calibration) {
       const FindingCode code = finding->code;
       const std::string tag =
           std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
-      // Listing one more takes no more room than a line that counts it.
+      // If one finding is left, it takes no more room than a line that states "1 more".
       if (code != FindingCode::kMessage && shown[code] == kFewAlike && left[code] > 1) {
         section.Add(Bullet{std::to_string(left[code]) +
                                " more findings like the last one; calibration.yaml lists all",
@@ -246,8 +246,8 @@ void AddCorrections(const Calibration& calibration, Section* section) {
   }
   if (has_more) {
     section->Add(
-        "These hold at the reference temperature, without the further terms above; `export` also "
-        "writes those that its format can hold.");
+        "These corrections hold at the reference temperature and leave out the further terms "
+        "above; `export` also writes the terms that its format can hold.");
   }
 }
 
@@ -297,17 +297,17 @@ Section WeakDirectionsSection(const Quality& quality) {
   return section;
 }
 
-/// The finding that caused the outcome; files older than the codes of findings hold none.
+/// The finding that caused the outcome. Files written before findings had codes hold none.
 Finding WhyRefused(const Findings& findings) {
   if (const Finding* refusal = FirstRefusal(findings)) return *refusal;
   return {FindingCode::kDidNotConverge, "the result does not say why"};
 }
 
-/// "the optimiser did not converge": the meaning of the refusing code, for use within a sentence.
+/// The meaning of the refusal's code, as part of a sentence: "the optimiser did not converge".
 std::string ReasonOf(const Calibration& calibration) {
   if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
   const Finding refusal = WhyRefused(calibration.findings);
-  // A code that is usually a warning is described as one, so the message itself is the reason here.
+  // If the code is usually a warning, its meaning describes a warning; the message is used instead.
   if (FindingKindOf(refusal.code).severity != Severity::kRefusal) {
     const std::string_view sensor = refusal.sensor ? TriadName(*refusal.sensor) : "";
     return PrintableLine(std::string(sensor) + (sensor.empty() ? "" : ": ") + refusal.text);
@@ -319,7 +319,7 @@ std::string ReasonOf(const Calibration& calibration) {
   return meaning;
 }
 
-/// What is missing if there is no result.
+/// What the outcome means for the user, if there is no result.
 std::string_view ScopeOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::kNotObservable:
@@ -443,7 +443,7 @@ std::vector<Section> SectionsOf(const Calibration& calibration, bool turns) {
                                    ResidualsSection(calibration),
                                    LeftOutSection(quality),
                                    CoverageSection(calibration)};
-  // For a failure the reason and the cure come before the limits.
+  // If the calibration failed, the reasons and the weak directions come before the limits.
   if (!calibration.IsUsable()) {
     std::rotate(sections.begin() + 2, sections.begin() + 6, sections.begin() + 7);
     std::rotate(sections.begin(), sections.begin() + 1, sections.begin() + 3);

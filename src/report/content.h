@@ -23,11 +23,11 @@ struct Headline {
   std::string text;         ///< "PASS, A0001: all 6 limits are met".
   std::string explanation;  ///< One sentence.
 };
-/// Begins with the verdict's words, then the serial number and the first reason.
+/// The text states the verdict, then the serial number and the first reason.
 Headline HeadlineOf(const Calibration& calibration);
 /// "FAIL by R. Roe on 2026-11-25T10:00:00Z: connector bent".
 std::string DecisionText(const Decision& decision);
-/// The limit missed with the greatest confidence, or the nearest to it; `limits` is not empty.
+/// The limit most probably missed, of the failed ones if any failed; `limits` must not be empty.
 const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits);
 /// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
 std::string MissedText(const LimitCheck& check);
@@ -44,11 +44,11 @@ struct Bullet {
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
 
-/// A part of a page. Without a title it belongs to the head.
+/// A part of a page. If a section has no title, it belongs to the page's head.
 struct Section {
   std::string title;
   std::vector<Block> blocks;
-  std::function<std::vector<Drawing>()> draw = {};  ///< Drawings behind the blocks, on pages only.
+  std::function<std::vector<Drawing>()> draw = {};  ///< Drawings after the blocks, on pages only.
 
   void Add(Block block) { blocks.push_back(std::move(block)); }
 };
@@ -62,7 +62,7 @@ struct PageContent {
 /// The sections in reading order: limits, findings, error before and after, parameters with σ,
 /// temperature, weak directions, choice of the model, held-out error, residuals, left-out terms,
 /// coverage. An empty section is left out. A calibration that is not usable has no section of
-/// parameters. `turns`: spheres carry the data to be turned.
+/// parameters. `turns`: the drawings of spheres hold the data with which a page can turn them.
 std::vector<Section> SectionsOf(const Calibration& calibration, bool turns = false);
 
 /// The section of the limits, with `coverage_factor` σ behind each ±.
@@ -83,7 +83,7 @@ std::string MedianAngles(double median_rad, const std::optional<double>& nominal
 /// The true unit of one triad, for display.
 std::string TruthUnit(Triad triad);
 
-// The sections of a calibration's report; one with nothing to say has no blocks.
+// The sections of a calibration's report; a section with nothing to say has no blocks.
 
 /// Errors of readings before and after the calibration, in true units. `turns` as in SectionsOf.
 Section CorrectedErrorSection(const Calibration& calibration, bool turns);
@@ -96,20 +96,20 @@ Section SoakSection(const Calibration& calibration);
 /// terms were chosen, the fit beside the data, and the bias over temperature and rate.
 Section SweepSection(const Calibration& calibration);
 
-/// Further sections of a calibration from poses, beside that of its parameters.
+/// Further sections of a calibration from poses, after the section of the parameters.
 Section LeftOutSection(const Quality& quality);
 Section ModelChoiceSection(const Quality& quality);
 Section HeldOutSection(const Calibration& calibration);
 Section ResidualsSection(const Calibration& calibration);
 Section CoverageSection(const Calibration& calibration);
 
-/// Adds the biases of a sensor's sessions, which stand beside its parameters.
+/// Adds a table of a sensor's bias in each session, to stand after the sensor's parameters.
 void AddSessions(const RestQuality& quality,
                  Triad triad,
                  const std::string& unit,
                  Section* section);
 
-/// Derivatives J by the names of parameters, and σ = sqrt(J P J^T) of that combination. nullopt:
+/// Derivatives J of a quantity by parameter name, and the quantity's σ = sqrt(J P J^T). nullopt:
 /// the covariance lacks a name.
 using Derivatives = std::vector<std::pair<std::string, double>>;
 std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives);

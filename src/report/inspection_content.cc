@@ -19,7 +19,7 @@
 namespace truetriad {
 namespace {
 
-/// Poses closer than this repeat each other; a seat tilted by more counts as a new direction.
+/// Poses whose directions differ by less repeat each other, as the seat of a unit may tilt by less.
 constexpr double kDistinctDeg = 5.0;
 /// The directions of one triad's raw readings, before any calibration.
 struct Directions {
@@ -98,8 +98,8 @@ Section StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
       }};
 }
 
-/// Decimals that show the largest mean of `triad` to six digits. One number for a whole table keeps
-/// its columns aligned.
+/// The number of decimals that shows the largest mean of `triad` to six digits. One number for the
+/// whole table keeps the columns aligned.
 int MeanDecimals(const PoseSet& poses, Triad triad) {
   double largest = 0.0;
   for (const StaticPose& pose : poses.poses) {
@@ -141,7 +141,7 @@ Section PosesSection(const PoseSet& poses, Triad triad) {
           {table}};
 }
 
-/// Directions of the sensors that are calibrated by directions; empty for the others.
+/// Directions of accelerometer and magnetometer, if recorded; unset for the gyroscope.
 using DirectionsOfSensors = PerTriad<std::optional<Directions>>;
 
 DirectionsOfSensors DirectionsOf(const PoseSet& poses) {
@@ -166,11 +166,11 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
   return {
       "Coverage of the raw readings",
       {table,
-       "Directions are relative to the middle of the range of the readings and count as distinct "
-       "if " +
+       "Directions are seen from the middle of the range of the readings and count as distinct if "
+       "at least " +
            Significant(kDistinctDeg, 2) +
-           " deg apart. Spread is 0.333 each if even; the gap is the radius of the largest circle "
-           "on the sphere that contains no direction."},
+           " deg apart. If they are even, each spread is 0.333; the gap is the radius of the "
+           "largest circle on the sphere that contains no direction."},
       [directions] {
         return OfEachSensor([&](Triad triad) {
           return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad) : Drawing();
@@ -203,11 +203,11 @@ Section EnoughSection(const Calibration& tried) {
   }
   return {"Is it enough?",
           {table,
-           "One σ of the worst axis, by `truetriad calibrate` without an experiment. Poses in new "
-           "directions make it smaller; `truetriad plan` says which."}};
+           "One σ of the worst axis, as `truetriad calibrate` without an experiment finds it. "
+           "Poses in new directions make σ smaller; `truetriad plan` names such poses."}};
 }
 
-/// The outcome of a calibration with defaults.
+/// The headline for `tried`, the outcome of a calibration with defaults.
 Headline HeadlineOf(const Result<Calibration>& tried) {
   if (!tried) return {Grade::kBad, "NOT ENOUGH for any calibration", tried.error().message + "."};
   if (tried->IsUsable()) {

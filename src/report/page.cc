@@ -99,13 +99,13 @@ std::string PolicyOf(const PageLooks& looks) {
   return "<meta http-equiv=\"Content-Security-Policy\" content=\"" + policy + "\">\n";
 }
 
-/// Opens an element that scrolls by itself, also by keys, if its content is wider than the page.
+/// Opens an element that can be scrolled, also by keys, if its content is wider than the page.
 std::string Scrolling(std::string_view label) {
   return "<div class=\"scroll\" tabindex=\"0\" role=\"group\" aria-label=\"" + EscapeMarkup(label) +
          "\">";
 }
 
-/// The accessible name of a table: its header, else the first cells of its rows.
+/// The accessible name of a table: its header or, without a header, the first cells of its rows.
 std::string NameOf(const Table& table) {
   std::string name;
   const auto add = [&name](const std::string& words) {
@@ -136,7 +136,7 @@ std::string_view AlignmentClass(const Table& table, std::size_t column) {
   return table.alignment[column] == 'r' ? "r" : "";
 }
 
-/// Above the column of row names the header may be empty; an empty cell is not marked as a header.
+/// Appends a header cell. Above row names the cell may be empty; then it is not marked as a header.
 void AppendHeader(const Table& table, std::size_t column, std::string* html) {
   const std::string& words = table.header[column];
   if (words.empty()) {
@@ -147,7 +147,7 @@ void AppendHeader(const Table& table, std::size_t column, std::string* html) {
            EscapeMarkup(words) + "</th>";
 }
 
-/// A value may be broken before its "±", not after it.
+/// A line may be broken before a "±", not after it.
 std::string WithSigmaWhole(std::string cell) {
   constexpr std::string_view kSpaced = " ± ", kWhole = " ±\u00a0";
   if (const std::size_t at = cell.find(kSpaced); at != std::string::npos) {
@@ -296,7 +296,7 @@ std::string HtmlPage(std::string_view title,
 
 namespace {
 
-/// The most rows of the table of poses: more are too long to read and make the page slow.
+/// A table of poses has at most this many rows: a longer one is unreadable and makes a page slow.
 constexpr std::size_t kMostPoseRows = 500;
 
 /// Whether the page lists every pose.
@@ -305,7 +305,7 @@ bool HasPoseRows(const Calibration& calibration) {
   return count > 0 && count <= kMostPoseRows;
 }
 
-/// Markers around what a page shows of its sources, by which a later page finds and copies it.
+/// Markers around the part of a page that shows its sources, so that a later page can copy it.
 constexpr std::string_view kSourcesBegin = "<!-- sources --><div class=\"sources\">\n",
                            kSourcesEnd = "</div><!-- /sources -->\n";
 

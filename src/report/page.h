@@ -25,7 +25,7 @@ std::string Element(std::string_view tag, std::string_view content);
 
 std::string HtmlOf(const Table& table);
 
-/// Blocks in order, neighbouring list points in one list.
+/// The blocks in their order; neighbouring list points form one list.
 std::string HtmlOf(const std::vector<Block>& blocks);
 
 /// A block that is hidden until the reader opens it.
@@ -35,7 +35,7 @@ std::string Details(std::string_view summary, const std::string& html);
 struct PageLooks {
   std::string_view style = {};   ///< The page's own rules, as CSS.
   std::string_view assets = {};  ///< As in ReportLooks; if set, the page leaves out `style`.
-  /// In their order. With `assets` the page takes only ReportScript, from there.
+  /// In their order. If `assets` is set, the page loads only ReportScript, from that folder.
   std::vector<EmbeddedScript> scripts = {};
 };
 

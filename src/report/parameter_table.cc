@@ -24,8 +24,8 @@ std::string SensitivityName(Triad triad, int row, int column) {
   return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
 }
 
-/// Gains on the diagonal and small angles off it describe a chip whose axes are nearly where they
-/// are meant to be; any other chip is shown by its whole matrix.
+/// Whether the chip's axes are nearly where they are meant to be: gains and small angles describe
+/// such a chip. Any other chip is shown by its whole matrix.
 bool AxesAreAligned(const TriadCalibration& sensor) {
   const Eigen::Matrix3d sensitivity = sensor.BySensingAxes();
   return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
@@ -69,7 +69,7 @@ class ParameterRows {
     return std::move(table_);
   }
 
-  /// An axis fixed by the gauge, or a model without misalignment, gets no row rather than zeros.
+  /// An axis has no row, rather than zeros, if the gauge fixes it or the model has no misalignment.
   Table Misalignment() const {
     Table table = Headed("misalignment; x; y; z; unit; x; y; z; unit", "lrrrlrrrl");
     if (!AxesAreAligned(sensor_)) return table;
@@ -90,14 +90,14 @@ class ParameterRows {
   }
 
  private:
-  /// The value with its σ, or marked as fixed by the gauge or on request.
+  /// The value with its σ. A value without σ is marked as fixed, by the gauge or on request.
   std::string Entry(double value, double sigma) const {
     return sigma > 0.0 ? WithSigma(value, coverage_factor_ * sigma)
                        : Significant(value, 6) + " fixed";
   }
 
-  /// σ of a value over the gain of sensing axis i, from the covariance or, if that lacks the names,
-  /// from the σ alone.
+  /// σ of value / gain for sensing axis i, from the covariance. If the covariance lacks a name, σ
+  /// is from the two σ, as if they were uncorrelated.
   double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
     // The covariance is of the signed matrix entries.
     const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
@@ -145,7 +145,7 @@ class ParameterRows {
   }
 
   void AddBiasPerScale() {
-    // For a log in another unit of the same quantity the log's unit suffices.
+    // If the log has a physical unit of the quantity, the row of the bias in that unit suffices.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
     if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
     Add("bias / scale", truth_unit_, [&](int i) {
@@ -178,8 +178,8 @@ class ParameterRows {
     }
   }
 
-  /// Adds a vector, with σ if the covariance lists it. `name` is the name of its entries there,
-  /// without the sensor and the last axis.
+  /// Adds a vector, with σ if the covariance lists it. `name`: the covariance's name of its
+  /// entries, without the sensor before and the axis after it.
   void AddTerm(const std::string& label,
                const Eigen::Vector3d& values,
                const std::string& name,
@@ -195,7 +195,7 @@ class ParameterRows {
     for (const AxisTermInfo& info : kAxisTerms) {
       const auto& sigma = sensor_.axis_term_sigma[info.term];
       if (!sigma) continue;
-      // Per g, as in data sheets. The relative σ of this gain is far below that of the term.
+      // Per g, as in data sheets. The gain's relative σ is far below the term's and neglected.
       const Eigen::Vector3d per_g =
           kStandardGravityMps2 * sensor_.model.sensitivity.rowwise().norm();
       const std::string unit =
@@ -347,7 +347,8 @@ Table ReferenceTable(const ReferenceValues& reference, const NamedCovariance& co
       1.0,
       "m/s²",
       reference.gravity_sigma_mps2
-          ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2) + ", all gains with it"
+          ? "known with σ " + Significant(*reference.gravity_sigma_mps2, 2) +
+                ", which the σ of all gains include"
           : "assumed exact",
       reference.gravity_sigma_mps2.has_value());
   const bool listed = SigmaOf(covariance, {{"reference.field_ut", 1.0}}) ||
@@ -361,7 +362,7 @@ Table ReferenceTable(const ReferenceValues& reference, const NamedCovariance& co
         1.0,
         "µT",
         reference.field_nominal
-            ? "nominal: the magnetometer's common scale is relative to this value"
+            ? "nominal: the magnetometer's common scale is known only relative to this value"
             : given);
   }
   if (reference.dip_rad) {

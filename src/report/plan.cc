@@ -26,10 +26,10 @@ namespace {
 struct PictureLayout {
   double width = 200.0;
   double height = 214.0;               ///< The cube and its arrows, and below them the compass.
-  double half_edge = 44.0;             ///< Half an edge of the cube: it leaves room for its arrows.
+  double half_edge = 44.0;             ///< Half an edge of the cube, with room for the arrows.
   double arrow = 1.85;                 ///< Length of an axis from the centre, in half edges.
   double flat = 0.25;                  ///< Faces with a smaller cosine to the viewer have no name.
-  double azimuth = 28.0 * kRadPerDeg;  ///< Of the view, from north to west: three faces are seen.
+  double azimuth = 28.0 * kRadPerDeg;  ///< View from north to west, so that three faces are seen.
   double elevation = 24.0 * kRadPerDeg;  ///< The viewer looks down by this angle.
 };
 constexpr PictureLayout kPicture;
@@ -284,7 +284,7 @@ std::string RestText(const Plan& plan) {
 /// "magnetometer scale x, σ × 1.50": the σ that grows most without pose `k`, counted from zero.
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
-  // Where some parameter is unobservable anyway, no pose can be called redundant.
+  // If some parameter is unobservable anyway, no pose can be called redundant.
   if (purpose.name.empty()) return plan.determined ? "nothing: the other poses cover it" : "–";
   // Non-breaking spaces keep "σ × 1.50" on one line.
   return Spoken(purpose.name) + ", " +
@@ -311,7 +311,7 @@ Table ProgramTable(const Plan& plan) {
   return table;
 }
 
-/// All sections but that of the poses; an empty one is left out.
+/// All sections except that of the poses. An empty section is left out.
 std::vector<Section> SectionsOf(const Plan& plan) {
   std::vector<Section> sections;
   if (!plan.wanted.empty()) sections.push_back({"Wanted", {WantedTable(plan)}});
@@ -351,7 +351,7 @@ std::string Card(const Plan& plan, std::size_t k) {
   return card + Element("small", "Most affected if skipped: " + PurposeText(plan, k)) + "</li>\n";
 }
 
-/// Gravity alone does not depend on the heading, so only other sensors make the heading matter.
+/// Whether the heading matters: gravity does not depend on the heading, but a magnetometer does.
 bool HeadingMatters(const Plan& plan) {
   return std::any_of(plan.sigmas.begin(), plan.sigmas.end(), [](const PlannedSigma& sigma) {
     return sigma.group.rfind(TriadName(Triad::kMagnetometer), 0) == 0;

@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// Adds the row of CorrectedErrorOf for a quantity of `magnitude`. `factor` converts the true unit
-/// to `unit`.
+/// Adds a row with the CorrectedErrorOf a sensor in a field of `magnitude`. `factor` converts the
+/// true unit to `unit`.
 void AddErrors(const Calibration& calibration,
                const char* what,
                Triad triad,
@@ -94,7 +94,7 @@ void AddHeading(const Calibration& calibration, Table* table) {
                << "";
 }
 
-// Whether fewer entries of the matrix were estimated than the 6 for three gains and three angles.
+// Whether misalignment was fixed: fewer than 3 gains + 3 angles = 6 matrix entries were estimated.
 bool HoldsMisalignment(const TriadCalibration& sensor) {
   return (sensor.sensitivity_sigma.array() > 0.0).count() < 6;
 }
@@ -109,9 +109,9 @@ Section CorrectedErrorSection(const Calibration& calibration, bool turns) {
   if (table.rows.empty()) return section;
   section.Add(std::move(table));
   section.Add(
-      "RMS and worst error over all directions of gravity and field; the last columns: RMS error "
-      "of the direction. Raw: of the readings at their nominal scale. Corrected: as expected from "
-      "the σ of the parameters; the noise of a reading is not included.");
+      "RMS and worst error over all directions of gravity and field; the last columns state the "
+      "RMS error of the direction. Raw: error of the readings at nominal scale. Corrected: error "
+      "expected from the σ of the parameters, without the noise of a reading.");
   for (const Triad triad : kTriads) {
     if (!calibration.sensors[triad] || !HoldsMisalignment(*calibration.sensors[triad])) continue;
     section.Add("Misalignment of the " + std::string(TriadName(triad)) +
@@ -139,7 +139,7 @@ std::string TurnedVector(const Calibration& calibration) {
   return calibration.sensors[Triad::kAccelerometer] ? "gravity" : "the field";
 }
 
-/// The name of a sensor's error; for a gyroscope that of turns.
+/// The name of a sensor's error; for a gyroscope, the error of turns.
 std::string NameOfError(const Calibration& calibration, Triad triad) {
   if (triad != Triad::kGyroscope) return TriadTitle(triad);
   return "Gyroscope: direction of " + TurnedVector(calibration) + " after a turn";
@@ -166,7 +166,7 @@ Table ModelTable(const std::string& title, const std::vector<ModelAlternative>& 
   return table;
 }
 
-// The turns that the operator stated beside those that the gyroscope measured.
+// Compares the turns that the operator stated with those that the gyroscope measured.
 void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   if (turns.empty()) return;
   section->Add(Subtitle{"Known turns"});
@@ -189,10 +189,10 @@ void AddKnownTurns(const std::vector<TurnCheck>& turns, Section* section) {
   section->Add(std::move(table));
   section->Add(
       "σ is the uncertainty of the angle found. A turn marked `used` took part in the calibration; "
-      "one marked `predicted only` is an independent check.");
+      "a turn marked `predicted only` is an independent check.");
 }
 
-// The clock offsets of the sensors from the gyroscope.
+// The offsets of the sensors' clocks from the gyroscope's clock.
 void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) {
   if (offsets.empty()) return;
   section->Add(Subtitle{"Clocks"});
@@ -203,11 +203,11 @@ void AddClockOffsets(const std::vector<ClockOffset>& offsets, Section* section) 
   }
   section->Add(std::move(table));
   section->Add(
-      "Where a delay is minus half a gyroscope sample, the gyroscope reports mean rates, stamped "
-      "at the end of each sample.");
+      "If a delay is minus half a gyroscope sample, the gyroscope reports mean rates, stamped at "
+      "the end of each sample.");
 }
 
-// The poses left out of the solution, as many as there is room for.
+// Lists the poses left out of the solution, kMostListed at most.
 void AddRejected(const std::vector<RejectedPose>& poses, Section* section) {
   if (poses.empty()) return;
   section->Add(Subtitle{"Rejected poses (" + std::to_string(poses.size()) + ")"});
@@ -228,8 +228,8 @@ Section LeftOutSection(const Quality& quality) {
   if (quality.left_out_tests.empty()) return section;
   section.Add(
       "A fault that is significant in the residuals is corrected or widens σ; see the findings. κ: "
-      "shift of the most affected parameter, in its σ, for one σ of the fault; an undetectable "
-      "fault of 3 σ shifts it by 3 κ σ. Where κ is large, add more, and more varied, poses.");
+      "one σ of the fault shifts the most affected parameter by κ of the parameter's σ, so an "
+      "undetectable fault of 3 σ by 3 κ σ. If κ is large, add more, and more varied, poses.");
   Table table = Headed("sensor; fault; p; ; κ", "llrlr");
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.Add() << TriadTitle(test.triad) << test.term << Probability(test.p_value)
@@ -245,11 +245,12 @@ Section ModelChoiceSection(const Quality& quality) {
   if (quality.rests.model_choice.empty()) return section;
   section.Add("Chosen: " + quality.rests.model_choice.front().description + ".");
   section.Add(
-      "The table lists the chosen model, then those that differ from it by one step. A term is "
-      "included if p of the likelihood ratio is below 0.1 % (except thermal terms), else if three "
-      "criteria agree: p below 1 % (for thermal terms of a bias: p of the F test against the "
-      "scatter between temperatures), a lower BIC, and a lower error on held-out poses and turns "
-      "(RMS, in units of their noise; for thermal terms, holding out one temperature at a time).");
+      "The table lists the chosen model, then models that differ from it by one step. A term that "
+      "is not thermal is included if p of the likelihood ratio is below 0.1 %. Any other term is "
+      "included if three criteria agree: p below 1 % (for thermal terms of a bias: p of the F test "
+      "against the scatter between temperatures), a lower BIC, and a lower error on held-out poses "
+      "and turns (RMS, in units of their noise; for thermal terms, holding out one temperature at "
+      "a time).");
   section.Add(ModelTable("model", quality.rests.model_choice));
   if (quality.rests.model_steps.size() > 1) {
     section.Add("Steps from the largest observable model, " +
@@ -265,7 +266,7 @@ Section ModelChoiceSection(const Quality& quality) {
 Section HeldOutSection(const Calibration& calibration) {
   const Quality& quality = calibration.quality;
   Section section{"Held-out error (cross-validation)", {}};
-  if (calibration.mode == Mode::kSweep) return section;  // The section of the sweep shows it.
+  if (calibration.mode == Mode::kSweep) return section;  // SweepSection shows it.
   if (!quality.rests.held_out) {
     if (quality.poses > 0 && calibration.IsUsable()) {
       section.Add(calibration.mode == Mode::kMotion
@@ -276,9 +277,9 @@ Section HeldOutSection(const Calibration& calibration) {
   }
   const HeldOut& held_out = *quality.rests.held_out;
   section.Add("Each of " + std::to_string(held_out.folds) +
-              " groups of poses was predicted by a calibration from the others: this is the error "
-              "to expect on new poses. A ratio well above 1 means that the model fits the noise "
-              "(overfitting).");
+              " groups of poses was predicted by a calibration from the other groups: the error is "
+              "the one to expect on new poses. A ratio well above 1 means that the model fits the "
+              "noise (overfitting).");
   Table table = Headed("RMS of |C(y - b)| - reference; held out; in sample; ratio; unit", "lrrrl");
   for (const Triad triad : kTriads) {
     const std::optional<double>&rms = held_out.rms[triad],
@@ -360,9 +361,9 @@ void AddSessions(const RestQuality& quality,
   if (table.rows.empty()) return;
   section->Add(std::move(table));
   section->Add(
-      "The bias above is the mean of the sessions. Repeatability: scatter of their biases beyond "
-      "their own σ. Next session: expected deviation of the bias from the mean after the unit is "
-      "switched on again.");
+      "The bias above is the mean of the sessions. Repeatability: scatter of the sessions' biases "
+      "beyond the σ of each. Next session: expected deviation of the bias from the mean after the "
+      "unit is switched on again.");
 }
 
 Section CoverageSection(const Calibration& calibration) {

@@ -53,7 +53,7 @@ std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad tria
 }
 
 std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) {
-  constexpr double kClearly = 2.0;  // A smaller ratio is no clear direction.
+  constexpr double kClearly = 2.0;  // If the ratio is smaller, no axis is clearly worst.
   const std::optional<TriadCalibration>& sensor = calibration.sensors[triad];
   if (!sensor || !calibration.IsUsable()) return std::nullopt;
   const Eigen::Matrix3d correction = sensor->model.Correction();
@@ -74,7 +74,7 @@ std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) 
 }
 
 double SphereMagnification(const std::vector<SpherePoint>& points) {
-  // Errors up to 0.4 radii keep neighbours apart; beyond a million the factor shows rounding.
+  // Errors up to 0.4 radii keep neighbours apart; a factor beyond a million shows rounding.
   constexpr double kMost = 0.4, kLargest = 1e6;
   double greatest = 0.0;
   for (const SpherePoint& point : points) {
@@ -128,13 +128,13 @@ struct DiscLayout {
   double centre_y = 150.0;
   std::array<double, 2> centres = {150.0, 450.0};
   double cell = 6.0;     ///< A cell of a shaded area: radius / 20.
-  double patch = 0.05;   ///< Width of a patch of the unit sphere: one pose is drawn in each.
+  double patch = 0.05;   ///< Width of a patch of the unit sphere, see OfPatches.
   double sphere = 85.0;  ///< The largest radius of a sphere.
   double reach = 118.0;  ///< Readings further from the centre are drawn at this distance.
 };
 constexpr DiscLayout kDiscs;
 
-/// The unit vectors of one sensor's poses, and whether each was used.
+/// The direction of one sensor's reading at a pose; `counts`: the pose was used.
 struct PoseDirection {
   Eigen::Vector3d unit;
   bool counts;
@@ -151,7 +151,8 @@ std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
   return directions;
 }
 
-/// All directions; of more than kMostPoints one per patch of the sphere, about 3° wide (0.05 rad).
+/// All directions. If there are more than kMostPoints, the first used one in each patch of the
+/// sphere, about 3° wide (0.05 rad).
 std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
   if (directions.size() <= kMostPoints) return directions;
   std::set<std::array<int, 3>> seen;
@@ -307,7 +308,7 @@ std::string SphereCaption(const Calibration& calibration, Triad triad, double fa
             Significant(weak->sigma, 2) + ' ' + TruthUnit(triad) + ", across it to " +
             Significant(weak->across, 2) + " or better; poses with this axis " +
             (triad == Triad::kAccelerometer ? "up and down" : "along and against the field") +
-            " would determine it better.";
+            " would determine the bias along the arrow better.";
   }
   return text;
 }
@@ -421,8 +422,8 @@ Drawing NextPoseDrawing(const Calibration& calibration) {
   return {PosePicture(next->world_from_body, "the next pose"),
           "The pose that would close the largest gap of the " +
               std::string(TriadName(next->triad)) + ": " +
-              (next->triad == Triad::kAccelerometer ? "up" : "the field") + " along (" +
-              Joined(Fixed(next->direction, 2)) + ") of the body."};
+              (next->triad == Triad::kAccelerometer ? "up" : "the field") + " is along (" +
+              Joined(Fixed(next->direction, 2)) + ") in the body frame."};
 }
 
 }  // namespace truetriad

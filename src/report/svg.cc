@@ -116,7 +116,7 @@ void Svg::Polyline(const Points& points, std::string_view style) {
 void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
   const auto halves = [](double value) { return std::lround(2.0 * value); };
   std::string path;
-  long at_x = 0, at_y = 0, level = 0;  // Level: pending horizontal distance.
+  long at_x = 0, at_y = 0, level = 0;  // level: horizontal distance not yet written
   const auto go_level = [&] {
     if (level > 0) path += 'h' + std::to_string(level);
     level = 0;
@@ -209,9 +209,9 @@ double StepOf(double span) {
   return decade;
 }
 
-/// The number with as many digits as neighbours one step apart need to differ.
+/// The number with so many digits that numbers one step apart differ.
 std::string TickText(double value, double step) {
-  // Longer numbers exceed the room on the left, so they are written with an exponent.
+  // Larger numbers exceed the room on the left, so they are written with an exponent.
   constexpr double kPlain = 1e5;
   const int decimals = std::max(0, -static_cast<int>(std::floor(std::log10(step) + 1e-9)));
   if (decimals <= 5 && std::abs(value) < kPlain) return Fixed(value, decimals);
@@ -220,7 +220,7 @@ std::string TickText(double value, double step) {
   return Significant(value, std::clamp(static_cast<int>(digits) + 1, 1, 9));
 }
 
-/// Multiples of the step within the range, five to twelve; fewer if neighbours round alike.
+/// Multiples of the step within the range, four to ten; fewer if rounding makes neighbours equal.
 std::vector<double> Ticks(const Range& range) {
   std::vector<double> ticks;
   const double step = StepOf(range.span());
@@ -257,8 +257,8 @@ void EachDigit(const Range& range, const Draw& draw) {
   }
 }
 
-/// At most kMostPoints: of each run of neighbours the smallest and the largest stay, so the
-/// extremes are never lost.
+/// Thins to at most kMostPoints. Of each group of neighbours the lowest and the highest point stay,
+/// so the extremes are never lost.
 Points Thinned(const Points& points) {
   if (points.size() <= kMostPoints) return points;
   const std::size_t runs = kMostPoints / 2;
@@ -278,7 +278,7 @@ Points Thinned(const Points& points) {
 }  // namespace
 
 Range Range::Padded() const {
-  // A single value is drawn in the middle of the range.
+  // If all values are equal, they are drawn in the middle of the range.
   const double room =
       high > low ? kLayout.room * (high - low) : std::max(0.1 * std::abs(high), 1e-12);
   return {low - room, high + room, is_log};
@@ -311,7 +311,7 @@ void Frame::Draw(const std::string& title, const std::string& x_title, bool has_
 
 void Frame::DrawScales(bool has_x, bool has_y) {
   const double bottom = box_.top + box_.height;
-  // In a low frame only every second, third, ... line from zero has a number, or they overlap.
+  // In a low frame numbers would overlap: only every second, third, ... line from zero has one.
   const double step_y = StepOf(y_.span());
   const double apart = step_y / y_.span() * box_.height;
   const auto every = static_cast<std::int64_t>(std::ceil(kLayout.line / apart));

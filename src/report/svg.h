@@ -19,13 +19,13 @@ std::string EscapeMarkup(std::string_view text);
 /// Positions in a drawing, or (x, y) values of a chart.
 using Points = std::vector<std::pair<double, double>>;
 
-/// The tooltip of a shape, and the pose to whose row it links.
+/// The tooltip of a shape, and the pose to whose row the shape links; 0: none.
 struct Note {
   std::string tooltip = {};
   int pose = 0;
 };
 
-/// A drawing for inlining into HTML; the page's style sheet gives its looks by class name.
+/// A drawing to be inlined into HTML. The page's style sheet sets the looks by class name.
 /// Coordinates are in user units, y down, written to a tenth of a unit.
 class Svg {
  public:
@@ -39,12 +39,12 @@ class Svg {
                  std::string_view style,
                  const Note& note = {});
   void Circle(double x, double y, double radius, std::string_view style, const Note& note = {});
-  /// Points without tooltips, in about ten bytes each; the line width of `style` is that of a dot.
+  /// Points without tooltips, about ten bytes each. The line width of `style` is a dot's diameter.
   void Dots(const Points& points, std::string_view style);
-  /// Straight lines from point to point; filled when the style says so.
+  /// Straight lines from point to point; filled if the style says so.
   void Polyline(const Points& points, std::string_view style);
-  /// The ranges from low to high at ascending x, as one zigzag line to half a unit, in about seven
-  /// bytes a range.
+  /// One zigzag line through the ranges from low to high, at ascending x. Exact to half a unit;
+  /// takes about seven bytes per range.
   struct Span {
     double x, low, high;
   };
@@ -56,8 +56,8 @@ class Svg {
   void Cross(double x, double y, std::string_view style);
   /// The first word of `style` ("start", "middle", "end") anchors (x, y); classes follow it.
   void Text(double x, double y, std::string_view text, std::string_view style);
-  /// Cells of one colour, that of `style` with the opacity `share`, given by their upper left
-  /// corners in whole units, about twenty bytes each.
+  /// Cells of one colour: that of `style` with the opacity `share`. `corners`: upper left corners,
+  /// rounded to whole units. A cell takes about twenty bytes.
   void Cells(const Points& corners,
              double size,
              std::string_view style,
@@ -91,8 +91,8 @@ struct ChartLayout {
   double bottom = 42.0;         ///< Room for the numbers of an axis and its title.
   double panel_width = 290.0;   ///< The width of each of two panels side by side.
   double panel_height = 190.0;  ///< Room for four or more numbers of a y axis.
-  double between = 90.0;        ///< From a panel to the next beside it, with its numbers.
-  double below = 24.0;          ///< From a panel to the next below it: room for a title.
+  double between = 90.0;        ///< Between panels side by side, with room for numbers.
+  double below = 24.0;          ///< Between panels one below the other: room for a title.
   double letter = 6.5;
   double line = 11.0;
   double cell = 15.0;  ///< A line of text and the gap to the next.
@@ -101,9 +101,9 @@ struct ChartLayout {
 };
 inline constexpr ChartLayout kLayout;
 
-/// The most points of one kind; more are thinned. Two per unit of a panel (2 · 290 = 580), rounded.
+/// The most points of one kind after thinning. Two per unit of a panel (2 · 290 = 580), rounded.
 inline constexpr std::size_t kMostPoints = 600;
-/// More poses than this have no marks with tooltips: marks would be too narrow to point at.
+/// If there are more poses, marks have no tooltips: they would be too narrow to point at.
 inline constexpr std::size_t kMostMarks = 150;
 
 /// The range of what is drawn along an axis.
@@ -155,7 +155,7 @@ class Frame {
   Range x_, y_;
 };
 
-/// One line, set of dots, band or set of bars in a panel. Where x reverses, a new band begins.
+/// One line, set of dots, band or set of bars in a panel. If x reverses, a new band begins.
 struct Series {
   enum class Kind { kLine, kDots, kBand, kBars };
   Kind kind = Kind::kLine;
@@ -171,7 +171,7 @@ struct Panel {
   std::string title;
   std::string x_title;
   std::vector<Series> series;  ///< In the order of drawing; bands lie below the grid.
-  Range y = {};                ///< A range that the y axis shows besides the series.
+  Range y = {};                ///< The y axis shows this range as well as the series.
 };
 
 /// Panels side by side. Panels without data are left out; the text is empty if none is left.

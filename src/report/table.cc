@@ -13,7 +13,7 @@
 namespace truetriad {
 namespace {
 
-constexpr int kMaxDecimals = 8;  // More leading zeros are illegible.
+constexpr int kMaxDecimals = 8;  // A number with more decimals is illegible.
 
 std::string Characters(double value, std::chars_format format, int precision) {
   if (std::isnan(value)) return "n/a";
@@ -106,7 +106,7 @@ std::string DisplayUnit(std::string_view unit) {
 namespace {
 
 constexpr std::size_t kGap = 3;        // Blanks between columns.
-constexpr std::size_t kMinWords = 24;  // A column of words is never narrower.
+constexpr std::size_t kMinWords = 24;  // A last column of words is never narrower.
 
 /// A cell as a single line that is safe for a terminal.
 std::string Shown(std::string text) {

@@ -13,21 +13,21 @@
 
 namespace truetriad {
 
-// Numbers for reading, independent of the locale, so that the same input gives the same bytes. NaN
-// is "n/a" and infinities are "∞" everywhere; a rounded zero has no minus sign.
+// Numbers for people. They do not depend on the locale, so that the same input gives the same
+// bytes. NaN is "n/a", and infinities are "∞" and "-∞"; a rounded zero has no minus sign.
 
 /// `decimals` digits after the point. Range: 0…17.
 std::string Fixed(double value, int decimals);
 
-/// `digits` significant digits, in scientific notation when very large or small. Range: 1…17.
+/// `digits` significant digits, in scientific notation if very large or small. Range: 1…17.
 std::string Significant(double value, int digits);
 
-/// "1.2345 ± 0.0012": σ to two digits and the value to the same place, as
-/// "(1.2345 ± 0.0012)e-9" when there would be more than eight decimals. Without a σ (zero or NaN)
-/// the value alone, to six significant digits.
+/// "1.2345 ± 0.0012": σ has two digits, and the value ends at the same place. If there were more
+/// than eight decimals: "(1.2345 ± 0.0012)e-9". Without a σ (zero or NaN): the value alone, to six
+/// significant digits.
 std::string WithSigma(double value, double sigma);
 
-/// The cells of three axes, and of a value that may be missing: "–".
+/// The cells of three axes; and the cell of a value that may be missing ("–").
 using ThreeCells = std::array<std::string, 3>;
 ThreeCells Fixed(const Eigen::Vector3d& values, int decimals);
 ThreeCells Significant(const Eigen::Vector3d& values, int digits);
@@ -49,7 +49,7 @@ std::string DisplayUnit(std::string_view unit);
 /// Reports keep to this width, so that they fit a terminal of 100 columns.
 inline constexpr std::size_t kTextWidth = 98;
 
-/// The rows listed of a table with one row for each pose: a few screens or one printed page.
+/// A table with one row for each pose lists at most this many: a few screens or a printed page.
 inline constexpr std::size_t kMostListed = 60;
 
 /// Fills the cells of a row from left to right with words or whole numbers.
@@ -95,8 +95,8 @@ std::size_t DisplayWidth(std::string_view utf8);
 /// is wrapped at kTextWidth. Empty when there are no rows.
 std::string TextOf(const Table& table, std::size_t indent = 2);
 
-/// `text` on lines of at most kTextWidth, indented by `indent` blanks; the first line starts with
-/// `lead` ("- ") and the others are indented under what follows it. Control characters, which
+/// `text` on lines of at most kTextWidth, indented by `indent` blanks. The first line starts with
+/// `lead` ("- "), and the other lines are indented by its width as well. Control characters, which
 /// could drive a terminal, become '?'.
 std::string Wrapped(std::string_view text, std::size_t indent = 2, std::string_view lead = "");
 

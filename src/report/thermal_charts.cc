@@ -26,10 +26,10 @@ std::vector<SweepWindow> WindowsOf(const Calibration& calibration, Triad triad) 
 
 std::string AxisTitle(Triad triad, int axis) { return TriadTitle(triad) + ' ' + AxisLetter(axis); }
 
-/// A column for each 1/40 of the temperatures; a row for each tenth of the rates, ends included.
+/// 40 columns over the range of temperature; 11 rows, one per tenth of the range of rates and ends.
 constexpr int kColumns = 40, kRows = 11;
 
-/// The bias of an axis over temperature (columns) and its rate (rows, from the top).
+/// The bias of an axis over temperature (columns) and rate of temperature (rows, highest first).
 class BiasSurface {
  public:
   BiasSurface(const std::vector<SweepWindow>& windows, const TriadCalibration& sensor, int axis)
@@ -155,7 +155,7 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis) {
 }
 
 bool FollowsThePast(const Calibration& calibration, Triad triad, int axis) {
-  constexpr double kLongLag = 0.02;  // Of the sweep: less than a cell of a surface (1/40).
+  constexpr double kLongLag = 0.02;  // Share of the sweep: less than a column of a surface (1/40).
   const std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return false;
@@ -223,8 +223,8 @@ Drawing SoakDrawing(const Calibration& calibration, Triad triad, int axis) {
     right.series[3].Add(setting.degc, difference);
   }
   return {Chart(name + ": bias over temperature", {left, right}),
-          "Left: bias from the poses at each temperature alone (dots, ±2σ) and from the thermal "
-          "terms (line, ±2σ shaded). Right: residual."};
+          "Left: bias from the poses at each temperature alone (dots) and from the thermal terms "
+          "(line, ±2σ shaded). Right: the difference of both, ±2σ."};
 }
 
 }  // namespace truetriad

@@ -173,7 +173,7 @@ double ShownRate(const Quality& quality, Triad triad) {
   return std::round(*place / power) * power;
 }
 
-// Whether a window lies near the temperature at more than half the rate, with its sign.
+// Whether a window near `degc` has over half of `rate`, with the same sign.
 bool WasReached(const Calibration& calibration, Triad triad, double degc, double rate) {
   if (rate == 0.0) return true;
   const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
@@ -230,8 +230,8 @@ void AddOverTemperature(const Calibration& calibration, Triad triad, Section* se
     if (!FollowsThePast(calibration, triad, axis)) continue;
     section->Add(
         title + " " + AxisLetter(axis) +
-        ": its lag is long: the bias depends on past temperatures, so that no table or map over "
-        "the present temperature can show it.");
+        ": the lag is long, so the bias depends on past temperatures; no table or map over the "
+        "present temperature can show it.");
   }
 }
 
@@ -243,12 +243,12 @@ Section SweepSection(const Calibration& calibration) {
   Section section{"Temperature sweep", {}};
   if (axes.empty() || !calibration.IsUsable()) return section;
   section.Add(
-      std::to_string(quality.poses) + " windows of time. Held out: each of " +
+      std::to_string(quality.poses) + " windows of time. Held out: error of each of " +
       std::to_string(axes.front().folds) +
-      " blocks of time predicted from the others, with lags estimated each time; for comparison, a "
-      "plain cubic in temperature. Heating minus cooling: the mean difference between their "
-      "residuals at equal temperature, with a polynomial in temperature alone and with the terms "
-      "below.");
+      " blocks of time, predicted from the other blocks with lags estimated anew; beside it the "
+      "error of a plain cubic in temperature. Heating - cooling: the mean difference of the "
+      "residuals at equal temperature, first with a polynomial in temperature alone, then with the "
+      "terms below.");
   section.Add(ErrorTable(calibration));
   section.Add(TermsTable(quality));
   for (const SweepAxis& axis : axes) {
@@ -287,9 +287,10 @@ Section SoakSection(const Calibration& calibration) {
     if (section.blocks.empty()) {
       section.Add(
           "Bias from the poses at each temperature alone, all else fixed, minus the bias from the "
-          "thermal terms: differences well beyond their σ call for a higher order. Before: RMS "
-          "of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the calibration "
-          "at the reference temperature; after: with that at each pose's own temperature.");
+          "thermal terms. If differences are well beyond their σ, choose a higher order. Before: "
+          "RMS of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the "
+          "calibration at the reference temperature; after: with the calibration at each pose's "
+          "temperature.");
     }
     Table table = Headed(TriadTitle(triad) + "; poses", "lrrrrrr");
     for (const char axis : kAxisLetters) {

@@ -11,10 +11,10 @@
 namespace truetriad {
 namespace {
 
-/// One low panel as wide as a page; kTimelineRow is the distance to the next, with its title.
+/// A low panel as wide as a page. kTimelineRow: from a panel to the next one, with its title.
 constexpr Frame::Box kTimelinePanel{.width = 670.0, .height = 62.0};
 constexpr double kTimelineRow = kTimelinePanel.height + kLayout.below;
-/// A line, a gap or a rest is drawn at least this wide (user units), or it would be invisible.
+/// A rest or an interval left out is drawn at least this wide (user units), to be visible.
 constexpr double kNarrowest = 0.5;
 
 bool HasNumbers(const PoseSet& poses) { return poses.poses.size() <= kMostMarks; }
@@ -122,11 +122,11 @@ class Timeline {
     return static_cast<double>(time_ns - start_ns_) * 1e-9;
   }
 
-  /// The range of all readings, unless a few slices lie far beyond all others: those are drawn at
-  /// the edge with their values.
+  /// The range of all readings. If a few slices lie far beyond all others, it is the range of the
+  /// others, and the few are drawn at the edge with their values.
   Range RangeOf(const StreamSummary& stream) const {
-    // Extremes beyond 30 times the range of the other slices would leave these 62/30 = 2 units of a
-    // panel. At each end up to three slices, as of three disturbances, may lie so far out.
+    // If some slices reach beyond 30 times the range of the others, the others keep only 62/30 = 2
+    // units of a panel. At each end up to three slices (three disturbances) may be so far out.
     constexpr double kFar = 30.0;
     const std::size_t few = 3;
     std::vector<double> extremes;
@@ -144,7 +144,7 @@ class Timeline {
     return far > 0.0 && std::max(all.high - most.high, most.low - all.low) > far ? most : all;
   }
 
-  /// Writes the values of readings beyond the range, which are drawn at the edge.
+  /// Writes the values of readings that are drawn at the edge, since they are beyond the range.
   void DrawFar(const StreamSummary& stream,
                const Range& range,
                const Frame& frame,
@@ -167,9 +167,9 @@ class Timeline {
     }
   }
 
-  /// Draws each slice as high as its readings; slices at the same position are merged.
+  /// Draws each slice from its lowest to its highest reading; slices at the same x are merged.
   void DrawTrace(const StreamSummary& stream, int axis, const Frame& frame, Svg* svg) const {
-    constexpr double kApart = 2.0;  // A finer line is not visible.
+    constexpr double kApart = 2.0;  // Slices closer than this look like one line.
     const ReadingTrace& trace = poses_.traces[stream.triad];
     // The line is interrupted where readings are missing.
     const double gap_s = stream.rate_hz > 0.0 ? 5.0 / stream.rate_hz : 0.0;
@@ -232,7 +232,7 @@ class Timeline {
     flush();
   }
 
-  /// Draws the numbers of poses that have room; rejected ones all get a cross.
+  /// Draws pose numbers where there is room. Every rejected pose gets a cross.
   void DrawNumbers(const Frame& frame, Svg* svg) const {
     const double apart = 3.5 * kLayout.letter;  // Room for three digits and a gap.
     double last = -apart, last_rejected = -apart;

@@ -23,13 +23,13 @@
 namespace truetriad {
 namespace {
 
-// The first round subtracts a lag, known to 0.05 s; two more subtract what moves then show.
+// The first round subtracts a lag known to 0.05 s; two more subtract offsets that moves then show.
 constexpr int kMostClockRounds = 3;
 
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
   if (loaded.not_enough) {
     Calibration calibration = StatedCalibration(experiment.options);
-    // A wrong unit of time leaves no rest to detect.
+    // If the unit of time is wrong, no rest is detected.
     const auto reason = WhyNotAsStated(loaded.poses, experiment.options);
     calibration.findings = {reason ? *reason : RefusalOf(*loaded.not_enough)};
     calibration.outcome = OutcomeOf(calibration.findings);
@@ -38,14 +38,14 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
   }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
   if (!summary) return AtItsKey(experiment, summary.error());
-  // After a failed choice the next run chooses again.
+  // If the choice for `auto` failed, `auto` is kept, so that the next run chooses again.
   summary->calibration.config_yaml = summary->calibration.IsUsable()
                                          ? ResolvedWithChoice(experiment, summary->options)
                                          : experiment.resolved_yaml;
   return std::move(summary->calibration);
 }
 
-// One calibration, with the time offsets of its experiment.
+// A calibration, with the poses and the experiment (including time offsets) that it came from.
 struct Attempt {
   Experiment experiment;
   LoadedPoses loaded;
@@ -74,8 +74,8 @@ struct ClockLeft {
 };
 using Clocks = PerTriad<std::optional<ClockLeft>>;
 
-// The clock offsets that a recording of rests and its solution show. If a lag was `taken_off`,
-// which is known to 0.05 s only, any remainder counts; else only a notable one.
+// The clock offsets that a recording of rests and its calibration show. If a lag was `taken_off`,
+// which is known only to 0.05 s, any remaining offset counts; otherwise only a notable one.
 Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
   Clocks left;
   for (const Triad triad : kTriads) {
@@ -90,8 +90,8 @@ Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Cl
   return left;
 }
 
-// Adds findings for the offsets relative to the clock of `reference` that were subtracted, with the
-// effects that `earlier` findings, without the correction, had stated.
+// Adds a finding for each subtracted offset, relative to the clock of `reference`. The finding
+// states the effect of the offset, which the findings `earlier` have from before the correction.
 void SayClocksCorrected(const Clocks& taken_off,
                         const Findings& earlier,
                         Triad reference,
@@ -113,7 +113,8 @@ void SayClocksCorrected(const Clocks& taken_off,
   }
 }
 
-// Whether each remaining offset is at most half of the former one and the result still usable.
+// Whether each remaining offset of `next` is at most half of that in `left`, and a usable
+// calibration stays usable.
 bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
   const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
@@ -163,7 +164,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   return attempt;
 }
 
-// Whether no key of the experiment states the kind of poses or applies to found rests only.
+// Whether no key of the experiment states the kind of poses, and none applies to rests only.
 bool LeavesPosesOpen(const Experiment& experiment) {
   const PosesConfig& poses = experiment.poses;
   return !poses.given && poses.known_motions == KnownMotionsConfig() &&
@@ -198,15 +199,16 @@ struct Way {
   }
 };
 
-// A unit that moves half of the time or more, with fewer rests than faces, was tumbled.
+// Whether the unit was tumbled: it moves half of the time or more and has fewer rests than faces.
 bool LooksTumbled(const PoseSet& poses) {
   constexpr std::size_t kFaces = 6;  // Of a cube.
   return poses.poses.size() < kFaces && poses.static_share <= 0.5;
 }
 
-// The ways to try, in this order: rests; rests without a gyroscope that is recorded but not asked
-// for; motion or, for a magnetometer alone, each row (rows of an accelerometer contain the forces
-// of the hand). For a unit that looks tumbled the last way comes first.
+// The ways to try, in this order: rests; rests that are detected without the gyroscope, if it is
+// recorded but not to be calibrated; motion, or each row if only a magnetometer is to be calibrated
+// (rows of an accelerometer contain the forces of the hand). If the unit looks tumbled, the last
+// way comes first.
 std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded) {
   std::vector<Way> ways = {{}};
   if (!loaded.are_detected || !loaded.poses.has_time) return ways;
@@ -232,8 +234,8 @@ const Finding* WhatIsLacking(const Calibration& calibration) {
   return refusal != nullptr ? refusal : Find(calibration.findings, FindingCode::kPoorlyKnown);
 }
 
-// Whether the rests are too few, or too similar, for what is asked for. Any other refusal applies
-// however the recording is interpreted.
+// Whether the rests are too few, or too similar, for what is asked for. Other refusals would remain
+// if the recording were interpreted in another way.
 bool LacksRests(const Findings& findings) {
   constexpr std::array kCodes = {FindingCode::kNoRest,
                                  FindingCode::kTurnsUnexplained,
@@ -246,8 +248,8 @@ bool LacksRests(const Findings& findings) {
   return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
 }
 
-// Without a stated kind of poses: the likeliest way, or, if that does not determine what is asked
-// for, the first other way that does.
+// If the kind of poses is not stated, calibrates in the likeliest way. If that way does not
+// determine what is asked for, tries the other ways and takes the first that does.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,
@@ -257,7 +259,7 @@ Result<Attempt> CalibrateByEvidence(const Experiment& stated,
   }
   Result<LoadedPoses> looked = LoadSessions(stated, &first, progress, opener);
   if (!looked) {
-    // A sensor that is stuck in the rests, but not asked for, does not make them unusable.
+    // If the gyroscope is stuck but not to be calibrated, rests are detected without it.
     const bool asks = stated.options.triads[Triad::kGyroscope].enabled;
     if (asks || looked.error().code != ErrorCode::kStuckSensor) {
       return AtItsKey(stated, looked.error());
@@ -318,7 +320,7 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  // A sensor's refusal is already in the calibration, unless that sensor was not asked for.
+  // Refusals of calibrated sensors are in the calibration already; others do not concern it.
   std::copy_if(loaded.poses.findings.begin(),
                loaded.poses.findings.end(),
                std::back_inserter(calibration.findings),

@@ -35,15 +35,15 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   if (!has_accelerometer && !has_magnetometer) {
     return Error(ErrorCode::kNotEnoughData,
                  {inputs.front()},
-                 "has a gyroscope alone, which is calibrated from turns or rates that "
-                 "are known; state them in an experiment (`turns:` or `rates:`)");
+                 "has only a gyroscope, which is calibrated from known turns or rates; state these "
+                 "in an experiment (`turns:` or `rates:`)");
   }
   YamlText list;
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
   }
   std::string text =
-      "# All keys, and what they are when they are not stated: docs/experiments.md\n"
+      "# All keys and their defaults: docs/experiments.md\n"
       "experiment: 1\n"
       "input: " +
       (inputs.size() == 1 ? list.str() : "[" + list.str() + "]") + "  # " +
@@ -51,7 +51,7 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"
-      "  # Holds anywhere on Earth; no gain is known better. State yours without sigma, or\n"
+      "  # Gravity anywhere on Earth; its sigma limits all gains. State yours without sigma, or\n"
       "  # `position: { latitude_deg: 47, longitude_deg: 8, height_m: 400, date: 2026-01-31 }`\n"
       "  gravity_mps2: { value: 9.80665, sigma: 0.02 }\n";
   if (has_magnetometer) {
@@ -69,12 +69,14 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   });
   if (has_faces && has_accelerometer && !poses.poses.empty()) {
     text +=
-        "# Each pose says which face is up; how far faces may be off level, and how well the unit\n"
-        "# sits on one: tilt_sigma_deg, seat_sigma_deg.\n"
+        "# Each pose states which face is up. State tilt_sigma_deg, how far faces may be off "
+        "level,\n"
+        "# and seat_sigma_deg, how well the unit sits on a face, unless the defaults fit.\n"
         "attitudes: { six_face: {} }\n";
   }
   return text +
-         "# What makes a unit good; sensors whose axes are not x, y and z state `mounting:` then:\n"
+         "# Limits of a good unit. With limits, sensors whose axes are not x, y and z need "
+         "`mounting:`.\n"
          "# limits: { accelerometer.bias: 0.5, accelerometer.residual_rms: 0.02 }\n";
 }
 

@@ -67,8 +67,8 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
   return {};
 }
 
-/// The poses of a recording without a stated kind: as its manifest or pose column states, else by
-/// detection. `input` is empty if the recording is not a file.
+/// How the poses of a recording are found if the experiment does not state it: as the manifest or a
+/// pose column states, else by detection. `input` is empty if the recording is not a file.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
   if (!input.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
@@ -93,7 +93,7 @@ Result<PoseSet> DescribeStreams(const Opener& open, TimeStamps time_stamps) {
   set.how = "static detection";
   set.static_share = 0.0;
   for (StreamSummary& stream : set.streams) {
-    // Their scatter contains motion and is not noise.
+    // The scatter of the streams contains motion and is not noise.
     stream.noise_sigma_raw.setZero();
     stream.correlation_inflation.setOnes();
   }
@@ -144,13 +144,13 @@ Status SelectExcluded(const std::string& input,
   return {};
 }
 
-/// A digest of one sensor's readings in their order, independent of blocks. Times are left out,
-/// since a rewritten log may count them from another zero.
+/// A digest of one sensor's readings in their order, however they are split into blocks. Times are
+/// left out, since a rewritten log may count its times from another zero.
 class ReadingsDigest {
  public:
   void Add(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
     // The constants keep a reading of zero from making a product zero. A sum of products takes 1 ns
-    // per reading, since they do not wait for each other as a chain of products does.
+    // per reading, since the products do not wait for each other; those of a chain would.
     constexpr std::uint64_t kPlace = 0x9E3779B97F4A7C15, kX = 0xA0761D6478BD642F,
                             kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -167,7 +167,7 @@ class ReadingsDigest {
 
  private:
   static std::uint64_t BitsOf(double value) {
-    return std::bit_cast<std::uint64_t>(value + 0.0);  // -0 is 0.
+    return std::bit_cast<std::uint64_t>(value + 0.0);  // Makes -0 equal to 0.
   }
   static std::uint64_t Folded(std::uint64_t one, std::uint64_t other) {
     __extension__ using Wide = unsigned __int128;
@@ -188,7 +188,7 @@ std::vector<SensorReadings> TextsOf(const PerTriad<ReadingsDigest>& digests) {
   return readings;
 }
 
-/// A source with a digest of its readings, of at most the first `most` of each sensor.
+/// A source that also digests its readings: of each sensor, at most the first `most`.
 class DigestedSource : public SampleSource {
  public:
   explicit DigestedSource(std::unique_ptr<SampleSource> source,
@@ -268,7 +268,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
   if (!config.given && selection.kind == PoseSelectionKind::kEveryRow) {
-    // A converter's manifest may state every row as a pose for a log, too.
+    // A converter's manifest may state that every row is a pose although the file is a log.
     TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(loaded.poses));
   }
   if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
@@ -351,7 +351,7 @@ Status CheckOneRecordingKeys(const Experiment& experiment) {
   return {};
 }
 
-/// Rejects sessions whose counts differ in size.
+/// Rejects a session whose `si_per_count` differs from that of the first one.
 Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   for (const StreamSummary& stream : more.poses.streams) {
     const StreamSummary* other = first.poses.Find(stream.triad);
@@ -367,7 +367,7 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   return {};
 }
 
-// The number of poses with equal means in both sets, which are the same readings.
+// The number of poses of `one` whose means equal those of a pose of `other`: the same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
   // Chosen: means of fewer quantised readings can be equal by chance.
   constexpr int kFewestSamples = 10;
@@ -388,7 +388,7 @@ int SharedPoses(const PoseSet& one, const PoseSet& other) {
   return shared;
 }
 
-// Error: a recording, or a part of one, is given twice.
+// Error: the last session repeats an earlier one, wholly or in part.
 Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
                          const std::vector<std::string>& inputs) {
   // Chosen: one or two poses may agree by chance.

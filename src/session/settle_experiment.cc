@@ -97,8 +97,8 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
     return Error(ErrorCode::kMissingSensor,
                  {file},
                  "contains no " + name +
-                     ", but its noise is to be read from here; give an Allan deviation of it, "
-                     "or state its noise");
+                     ", whose noise the experiment reads from this file; give an Allan deviation "
+                     "of that sensor, or state its noise");
   }
   if (!found->at_rest()) {
     return Error(ErrorCode::kDoesNotMatch,
@@ -135,7 +135,7 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
   return noise;
 }
 
-/// Takes the start of a sweep from a calibration at one temperature.
+/// Prepares a sweep that starts from a calibration at one temperature (`static:`).
 Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   CalibrateOptions& options = experiment->options;
   TRUETRIAD_ASSIGN_OR_RETURN(Calibration known, ReadCalibration(experiment->static_file));
@@ -167,8 +167,9 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
                  {experiment->static_file},
                  "was made with gravity " + std::to_string(known.reference.gravity_mps2) +
                      " m/s^2, but this experiment states " + std::to_string(stated_mps2) +
-                     "; its sensitivity is valid only with its own: remove reference.gravity, "
-                     "or repeat that calibration with the gravity at its site");
+                     "; its sensitivity is valid only with the gravity that it was made with: "
+                     "remove gravity_mps2 or position from the reference, or repeat that "
+                     "calibration with the gravity at its site");
   }
   for (const Triad triad : kTriads) {
     if (known.sensors[triad]) options.triads[triad].mounting = known.sensors[triad]->mounting;
@@ -212,8 +213,8 @@ Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
   return {};
 }
 
-/// Fixes matrices whose value depends on the recording: all in a sweep, else those that the
-/// experiment names or that its models do not estimate.
+/// Fixes matrices whose value depends on the recording: in a sweep all matrices, otherwise those
+/// that the experiment names or that its models do not estimate.
 Status HoldMatrices(const LoadedPoses& loaded, bool is_sweep, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];
@@ -252,7 +253,7 @@ Status SettleAllanNoise(const PoseSet& poses, Experiment* experiment) {
   return {};
 }
 
-/// Error: the recording is of another unit than the experiment states.
+/// Error: the recording is of another device than the experiment states.
 Status CheckSerial(const LoadedPoses& loaded, const Experiment& experiment) {
   const std::string& serial = loaded.poses.serial;
   if (serial.empty() || experiment.serial.empty() || serial == experiment.serial) return {};
@@ -278,7 +279,7 @@ Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment) {
     TRUETRIAD_RETURN_IF_ERROR(AttachAttitudes(*experiment, &loaded->poses));
     TRUETRIAD_RETURN_IF_ERROR(ReadKnownForces(loaded->poses, experiment));
     TRUETRIAD_RETURN_IF_ERROR(ExcludePoses(&loaded->poses, experiment));
-    // In stated attitudes equal readings may be genuine.
+    // If attitudes are stated, equal readings may be genuine.
     if (loaded->are_rows && experiment->options.attitudes.kind == AttitudeKind::kNone &&
         experiment->forces_file.empty()) {
       LeaveOutRepeats(&loaded->poses);

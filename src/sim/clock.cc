@@ -91,7 +91,7 @@ SampleClock::SampleClock(const Scenario& scenario,
   }
 }
 
-/// True times are whole nanoseconds, so that times in a file differ exactly as in the simulation.
+/// True times are whole nanoseconds, so that intervals in a file are exactly those simulated.
 std::int64_t SampleClock::RowTime(std::int64_t index) const {
   return std::llround(static_cast<double>(index) * 1e9 / rate_hz_);
 }

@@ -39,7 +39,7 @@ class SampleClock {
   /// valid until the next call.
   void Generate(std::vector<SampleBlock>* blocks);
 
-  /// Unset if the triad has no samples in these rows.
+  /// Unset if the triad is not in this file.
   std::optional<StreamCounts> counts(Triad triad) const;
 
   /// Simulation::rest_rows(), so far.
@@ -47,7 +47,7 @@ class SampleClock {
   /// Simulation::turns() and rates(), so far.
   std::vector<StatedTurn> turns() const { return turns_.Stated(); }
   std::vector<StatedRate> rates() const { return rates_.Stated(); }
-  /// Simulation::mean_wander(), so far; unset if the triad has no samples in these rows.
+  /// Simulation::mean_wander(), so far; unset if the triad is not in this file.
   std::optional<Eigen::Vector3d> mean_wander(Triad triad) const;
 
  private:
@@ -71,7 +71,7 @@ class SampleClock {
         : before_(std::move(before)), stretches_(stretches), stretch_(stretch) {}
 
     Eigen::Vector3d before_ = Eigen::Vector3d::Zero();
-    int stretches_ = 0;  ///< Before the current one.
+    int stretches_ = 0;  ///< Number of stretches before the current one.
     std::size_t stretch_ = 0;
     Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
     double count_ = 0.0;
@@ -128,7 +128,7 @@ class SampleClock {
   Eigen::Vector3d Truth(Channel* channel) const;
   /// Takes a sample. False: it is dropped, and the row lacks it.
   bool Sample(Channel* channel, const TemperatureState& temperature);
-  /// Adds the row that is being written to the rest that it is in, if any.
+  /// If the row that is being written is in a rest, adds the row to that rest.
   void NoteRest(double time_s);
   void NoteWander();
 
@@ -148,10 +148,10 @@ class SampleClock {
   Surroundings surroundings_;
   std::vector<Channel> channels_;
 
-  std::int64_t index_ = 0;    ///< Of the next row that is due.
-  std::int64_t next_ns_ = 0;  ///< Its true time.
+  std::int64_t index_ = 0;    ///< Index of the next row that is due.
+  std::int64_t next_ns_ = 0;  ///< True time of that row.
   std::int64_t now_ns_ = 0;
-  std::int64_t rows_ = 0;  ///< Rows written: each has at least one sample.
+  std::int64_t rows_ = 0;  ///< Number of rows written: each has at least one sample.
   std::int64_t last_reported_ns_;
 
   const std::vector<TrueRest>& rests_;

@@ -88,7 +88,8 @@ class Motion {
 
   double duration_s() const { return phases_.back().end_s(); }
 
-  /// The phase that holds at `time_s`, sought from phase `from` on; the later one where two meet.
+  /// The phase that holds at `time_s`, sought from phase `from` on; if two phases meet there, the
+  /// later one.
   std::size_t PhaseAt(double time_s, std::size_t from = 0) const;
   const MotionPhase& phase(std::size_t index) const { return phases_[index]; }
 

@@ -95,7 +95,7 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
                     name + " dropout is " + Number(sampling.dropout) +
                         "; it must be a probability, at least 0 and below 1");
   constexpr double kFurthestClockS =
-      1e6;  // Twelve days; more is a mistake: a clock that was never set starts at zero.
+      1e6;  // Twelve days; more is a mistake, since a clock that was never set starts at zero.
   problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestClockS,
                     name + " clock offset is " + Number(sampling.clock_offset_s) +
                         " s; expected at most 1e6 s in either direction");
@@ -169,11 +169,11 @@ void CheckSeesWorld(Triad triad,
   problems->Require(
       !sensor.range_raw || ((*sensor.range_raw)[0] <= low && high <= (*sensor.range_raw)[1]),
       name + " range is " + RangeText(sensor.range_raw.value_or(Eigen::Vector2d::Zero())) +
-          " in readings; at rest they reach from " + Number(low) + " to " + Number(high) +
-          ", so it would saturate");
+          " in the unit of the readings; at rest these reach from " + Number(low) + " to " +
+          Number(high) + ", so the sensor would saturate");
   problems->Require(strengths[triad] == 0.0 || sensor.resolution_raw < reach.minCoeff(),
                     name + " resolution is " + Number(sensor.resolution_raw) +
-                        " in the unit of the readings; at rest they differ by at most " +
+                        " in the unit of the readings; at rest the readings differ by at most " +
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
@@ -197,7 +197,7 @@ void CheckWorld(const SimulatedWorld& world, Problems* problems) {
                    "latitude and declination");
 }
 
-/// Rate in Hz at which a gyroscope states the mean since its last sample; unset: none does so.
+/// Rate, Hz, of a gyroscope that reports the mean rate since its last sample; unset: there is none.
 std::optional<double> MeanRateHz(const Scenario& scenario) {
   const auto& gyroscope = scenario.sensors[Triad::kGyroscope];
   if (!gyroscope || gyroscope->gyroscope_output != GyroscopeOutput::kMeanRate) return std::nullopt;
@@ -258,7 +258,8 @@ struct CheckStep {
     problems->Positive(step.duration_s, name + " duration");
     problems->Positive(step.rms_rate_radps, name + " RMS rate");
     problems->NotNegative(step.hand_acceleration_mps2, name + " hand acceleration");
-    // Three rates of a third of the mean square each, all at their peaks and about the same axis.
+    // The worst case: three rates, each a third of the mean square, all at their peaks about one
+    // axis.
     CheckFastest(std::sqrt(6.0) * step.rms_rate_radps);
   }
 
@@ -267,7 +268,7 @@ struct CheckStep {
     problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis of zero length");
   }
 
-  /// By its attitudes alone, more than half a turn equals the opposite turn to the same end.
+  /// A mean rate follows from two attitudes: more than half a turn looks like the opposite turn.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
@@ -308,7 +309,7 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
   const bool has_profile = !temperature.profile.empty();
   problems->Require(!has_profile || temperature.soak_degc.empty(),
                     "a temperature profile and soak temperatures exclude each other; to remove the "
-                    "base's, write `profile: []` or `soak_degc: []`");
+                    "base scenario's, write `profile: []` or `soak_degc: []`");
   for (std::size_t k = 0; k < scenario.motion.size(); ++k) {
     const auto* const poses = std::get_if<PosesStep>(&scenario.motion[k]);
     const bool asks_for_temperature =
@@ -321,11 +322,11 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
     problems->Require(!has_profile,
                       name +
                           " has poses with their own temperatures, which excludes a temperature "
-                          "profile; remove one");
+                          "profile; remove one of the two");
     problems->Require(temperature.soak_degc.empty(),
                       name +
                           " has poses with their own temperatures, which excludes `soak_degc`; "
-                          "remove it, or write `soak_degc: []` to remove the base's");
+                          "remove this key, or write `soak_degc: []` to override the base's");
   }
   problems->About("temperature");
   for (const double degc : temperature.soak_degc) {

@@ -21,8 +21,8 @@ NoiseProcess::NoiseProcess(const SimulatedTriad& triad, std::uint64_t seed, int 
   const Eigen::Vector3d gain = triad.nominal.sensitivity.diagonal().cwiseAbs();
   white_sigma_ = std::sqrt(rate_hz) * gain.cwiseProduct(noise.density);
   walk_step_ = gain.cwiseProduct(noise.random_walk) / std::sqrt(rate_hz);
-  // x' = phi x + sigma sqrt(1 - phi^2) w keeps the variance; -expm1 keeps 1 - phi^2 accurate where
-  // phi is near 1.
+  // x' = phi x + sigma sqrt(1 - phi^2) w keeps the variance; -expm1 keeps 1 - phi^2 accurate if phi
+  // is near 1.
   const double steps = 1.0 / (rate_hz * noise.correlation_time_s);
   const Eigen::Vector3d sigma = gain.cwiseProduct(noise.instability_sigma);
   instability_decay_ = std::exp(-steps);
@@ -84,7 +84,7 @@ int ReadingDecimals(double resolution, double noise_sigma) {
   int decimals = 0;
   for (; decimals < kMost && unit * kShare > step; ++decimals, unit /= 10.0) {
     const double steps = resolution / unit;
-    // A tolerance for the rounding of the division only, so that 0.1 is one step of 10^-1.
+    // The tolerance covers only the rounding of the division, so that 0.1 is one step of 10^-1.
     if (resolution > 0.0 && std::abs(steps - std::round(steps)) < 1e-9 * steps) {
       break;
     }

@@ -77,8 +77,9 @@ class SimulatedSensor {
 };
 
 /// Decimals with which readings are written: those of the resolution, if it is a short decimal
-/// number; else so many that the last one is at most a twentieth of the resolution or of a sample's
-/// σ (which adds less than 0.03 % to the variance). Without either: RecordingFormat::kShortest.
+/// number; else so many that one unit of the last decimal is at most a twentieth of the resolution
+/// or of a sample's σ (which adds less than 0.03 % to the variance). Without resolution and noise:
+/// RecordingFormat::kShortest.
 int ReadingDecimals(double resolution, double noise_sigma);
 int ReadingDecimals(const SimulatedTriad& triad);
 

@@ -54,7 +54,7 @@ class TimelineBuilder {
  private:
   void FollowMotion(const std::vector<double>& temperatures_degc) {
     for (const double degc : temperatures_degc) {
-      // The very first pose is taken before the chamber leaves its start temperature.
+      // The unit takes its first pose before the chamber leaves its start temperature.
       if (placed_) WaitFor(degc);
       for (const MotionStep& step : scenario_.motion) {
         std::visit([this, degc](const auto& motion) { Add(motion, degc); }, step);

@@ -9,7 +9,7 @@
 namespace truetriad {
 namespace {
 
-/// Every number is drawn, even with a spread of zero, so that the others do not depend on it.
+/// Every number is drawn, even if its spread is zero: other numbers do not depend on spreads.
 TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
   const UnitSpread& spread = nominal.spread;
   const Eigen::Vector3d gain = nominal.nominal.sensitivity.diagonal();

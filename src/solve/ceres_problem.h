@@ -14,9 +14,9 @@ namespace truetriad {
 
 // The whole problem as an ordinary ceres::Problem: a residual block for every row, whitened; the
 // shared parameters in their blocks, each on its free subspace; every attitude on its own manifold.
-// Tests compare the elimination with it, and extensions add to it.
+// Tests compare the elimination with this problem, and extensions add rows to it.
 //
-// `shared` and the states of `problem` are its parameters and must outlive it.
+// Its parameters are `shared` and the states of `problem`, which must outlive it.
 std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);
 
 // Minimises the problem by Ceres' Levenberg-Marquardt with sparse normal equations.

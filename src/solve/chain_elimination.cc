@@ -12,9 +12,10 @@
 namespace truetriad {
 namespace {
 
-// States per panel, whose 192 rows fit the cache while they are squared (80 kB at 50 columns).
+// States per panel: its 192 rows fit the cache while they are squared (80 kB at 50 columns).
 constexpr std::size_t kPanelStates = 64;
-// Share of the signal below which a residual's neglected curvature is under 30 % of Gauss-Newton's.
+// If a residual is below this share of the signal, its curvature is below 30 % of Gauss-Newton's
+// and is neglected.
 constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {
@@ -46,7 +47,7 @@ class ChainElimination::SquaredRows {
     used_ += 3;
     if (used_ == rows_.rows()) Flush();
   }
-  // Sum of the outer products, lower triangle; the last column is the residual.
+  // Sum of the outer products of the rows, lower triangle; the last index is the residual's.
   const Eigen::MatrixXd& sum() {
     Flush();
     return sum_;
@@ -76,7 +77,7 @@ struct ChainElimination::LinearRow {
   Eigen::Matrix3d by_first, by_second;
 };
 
-// The next state to eliminate, and the state after it with the terms of rows that couple both.
+// Normal equations of the next state to eliminate and of the state after it, and of their coupling.
 struct ChainElimination::Arrow {
   explicit Arrow(Eigen::Index free)
       : columns(3, free + 1),
@@ -105,9 +106,9 @@ struct ChainElimination::Arrow {
   Eigen::MatrixXd eliminated;
 };
 
-// The curvature that a Gauss-Newton step lacks if a residual is large: second derivatives by a
-// rotation are as large as the first ones, so that with this bound no step overshoots the least
-// cost. Else an attitude whose only reading has twice the field's length would overshoot for ever.
+// The curvature that Gauss-Newton neglects if a residual is large. Second derivatives by a rotation
+// are as large as first ones, so that with this bound no step overshoots the least cost. Without
+// it, an attitude whose only reading has twice the field's length would overshoot for ever.
 double ChainElimination::BendOf(const LinearRow& row) {
   const double residual = row.residual.norm();
   const double signal = row.by_first.norm() / std::numbers::sqrt2;

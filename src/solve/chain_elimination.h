@@ -15,17 +15,17 @@
 
 namespace truetriad {
 
-// A linearised problem whose states (tangent spaces p_k) are eliminated from the first to the last,
-// before the free shared coordinates t: an arrow matrix. With whitened rows r + J t + A p and N =
-// A^T A (chain_factor.h), the reduced system is M = J^T J - J^T A N^-1 A^T J with its gradient.
-// Each state stores only what its back substitution needs: time and memory are linear in their
-// number.
+// A linearised problem with an arrow matrix: the states (tangent spaces p_k) are eliminated from
+// the first to the last, and the free shared coordinates t remain. With whitened rows r + J t + A p
+// and N = A^T A (chain_factor.h), the reduced system is M = J^T J - J^T A N^-1 A^T J with its
+// gradient. Each state stores only what its back substitution needs, so that time and memory are
+// linear in the number of states.
 class ChainElimination final : public EliminatedProblem {
  public:
   explicit ChainElimination(ChainProblem problem);
 
-  // Linearises at `shared`, and at the states that the last linearisation gives there, or for the
-  // first time at the problem's own states.
+  // Linearises at `shared`. The states are back-substituted from the last linearisation; the first
+  // call uses the problem's own states.
   void Linearise(const Eigen::VectorXd& shared) override;
   // As Linearise, in less memory: afterwards, no states can be computed at other parameters.
   void LineariseOnce(const Eigen::VectorXd& shared);
@@ -40,8 +40,9 @@ class ChainElimination final : public EliminatedProblem {
   const std::vector<ChainState>& states() const { return problem_.states; }
   const std::vector<ChainRow>& rows() const { return problem_.rows; }
 
-  // For each row, at the last linearisation: its whitened values, and the share of their covariance
-  // that the states leave, 1 - leverage; rows of fewer than three values have zeros.
+  // A row at the last linearisation: its whitened values, and the share of their covariance that
+  // remains after the states are fitted, 1 - leverage. If a row has fewer than three values, the
+  // rest is zero.
   struct Residual {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
     Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
@@ -49,8 +50,8 @@ class ChainElimination final : public EliminatedProblem {
   std::vector<Residual> Residuals() const;
 
  private:
-  // Rows with the same shared blocks, and the map from the columns of these blocks to those of the
-  // free coordinates in them.
+  // The shared blocks of a row, and the map from the columns of these blocks to the free
+  // coordinates. Rows with the same shared blocks have one pattern.
   struct Pattern {
     std::vector<SharedBlock> blocks;
     struct Term {
@@ -87,8 +88,8 @@ class ChainElimination final : public EliminatedProblem {
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd information_;
   ChainFactor factor_;
-  // H_k times the columns A_k^T [J, r] that are left when k is eliminated, kPanelStates states per
-  // panel; only the last panel if states are not needed.
+  // H_k times the columns A_k^T [J, r] that remain when state k is eliminated, kPanelStates states
+  // per panel. If states are not needed, only the last panel is kept.
   std::vector<Eigen::MatrixXd> panels_;
 };
 

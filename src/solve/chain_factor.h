@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// Block of a normal matrix for the states of a chain, in which only neighbours are coupled: block
+// The normal matrix of the states of a chain in which only neighbours are coupled: block
 // tridiagonal, symmetric, positive definite, three rows per state. Every operation is linear in the
 // number of states.
 //
@@ -18,13 +18,13 @@ namespace truetriad {
 //       [ U_0^T N_1   U_1        ]        L_0 = N_0,  L_k = N_k - U_{k-1}^T L_{k-1}^-1 U_{k-1}
 //       [       U_1^T N_2   …    ]        G_k = L_k^-1 U_k,  H_k^T H_k = L_k^-1
 //
-// Unused dimensions of a state have 1 on the diagonal and zeros beside it. Between states that are
-// not coupled a new chain starts.
+// Unused dimensions of a state have 1 on the diagonal and zeros beside it. If a state and the next
+// are not coupled, a new chain starts there.
 class ChainFactor {
  public:
   void Reserve(std::size_t states);
-  // Appends a state: its block of N, and the block between it and the state after it; zero if they
-  // are not coupled.
+  // Appends a state: its diagonal block of N, and the block between this state and the next, which
+  // is zero if the two are not coupled.
   void Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling);
 
   std::size_t states() const { return half_.size(); }
@@ -38,8 +38,9 @@ class ChainFactor {
   // Replaces b by N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
 
-  // Columns of b that are zero before state `first`, to be replaced by L^-1 b with N = L L^T.
-  // `rows`: b from that state to its last nonzero row; afterwards the result, until negligible.
+  // Columns of b that are zero before state `first`; HalfSolveInPlace replaces them by L^-1 b with
+  // N = L L^T. `rows`: b from state `first` to the last nonzero row; afterwards the result, as far
+  // as it is not negligible.
   struct Panel {
     std::size_t first = 0;
     StackedRows rows;
@@ -48,7 +49,7 @@ class ChainFactor {
   };
   void HalfSolveInPlace(Panel* panel) const;
 
-  // Blocks of N^-1: of each state, and between it and the next.
+  // Blocks of N^-1: of each state, and between each state and the next.
   struct Blocks {
     std::vector<Eigen::Matrix3d> own;
     std::vector<Eigen::Matrix3d> with_next;  // empty if no states are coupled
@@ -58,12 +59,13 @@ class ChainFactor {
     }
   };
   Blocks Inverse() const;
-  // The derivative of the blocks of N^-1 for a change of N's blocks; `inverse`: as of Inverse.
+  // The derivative of the blocks of N^-1 for a change of N's blocks; `inverse`: the result of
+  // Inverse.
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
  private:
   std::vector<Eigen::Matrix3d> half_;
-  // Up to the last state that is coupled with the next: empty for poses without turns.
+  // For the states up to the last one that is coupled with the next; empty for poses without turns.
   std::vector<Eigen::Matrix3d> coupling_, gain_;
   std::vector<bool> is_coupled_;
 };

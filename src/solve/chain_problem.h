@@ -18,26 +18,26 @@ struct ChainState {
   PoseValues values{0.0, 0.0, 0.0, 1.0};
 };
 
-// A row with its whitening root, and the first state that it depends on; any number if it depends
-// on none.
+// A row with its whitening root, and the first state on which it depends. If it depends on no
+// state, any number that keeps the rows sorted.
 struct ChainRow {
   std::shared_ptr<const Row> row;
   RowRoot root;
   std::size_t state = 0;
 };
 
-// A problem of shared parameters and a chain of states: each row depends on shared parameters and
-// at most one state, or a state and the next.
+// A problem of shared parameters and a chain of states. A row depends on shared parameters and on
+// no state, on one state, or on one state and the next.
 struct ChainProblem {
   const SharedLayout* layout = nullptr;  // must outlive the problem
   std::vector<ChainState> states;
   std::vector<ChainRow> rows;  // sorted by state; of a state, those with the next state come last
 };
 
-// The unknowns and rows of a graph. They refer to its layout and to its turns.
+// The unknowns and rows of a graph, whose layout and turns must outlive the result.
 ChainProblem ChainOf(const PoseGraph& graph);
-// As ChainOf, but frees each node of the graph when its rows are made, so that memory does not have
-// to hold both, for 100 000 poses, say.
+// As ChainOf, but frees each node of the graph when its rows are made: memory need not hold 100 000
+// nodes, say, together with their rows.
 ChainProblem TakeChain(PoseGraph* graph);
 
 }  // namespace truetriad

@@ -23,7 +23,7 @@ constexpr double kRootTolerance = 1e-15;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// residual = [root^-T gradient, root of the remaining cost], jacobian = [root, 0].
+// residual = [root^-T gradient, sqrt(2 * remaining cost)], jacobian = [root, 0].
 class EliminatedCost final : public ceres::CostFunction {
  public:
   EliminatedCost(const SharedLayout& layout,

@@ -14,7 +14,7 @@ class EliminatedProblem {
   virtual ~EliminatedProblem() = default;
   // Linearises at `shared`; the other unknowns follow from the last linearisation.
   virtual void Linearise(const Eigen::VectorXd& shared) = 0;
-  // Half the sum of squares that Linearise would have there; not finite if a row has no value.
+  // Half the sum of squares after a Linearise at `shared`; not finite if a row cannot be evaluated.
   virtual double CostAt(const Eigen::VectorXd& shared) const = 0;
   // From the last Linearise: half the sum of squares, its gradient and information with respect to
   // the free shared coordinates.
@@ -23,8 +23,8 @@ class EliminatedProblem {
   virtual const Eigen::MatrixXd& information() const = 0;
 };
 
-// Minimises over the shared parameters and all eliminated unknowns. Ceres has the shared parameters
-// alone, with one cost whose residuals are a square root of the reduced system,
+// Minimises over the shared parameters and all eliminated unknowns. Ceres has only the shared
+// parameters, and one cost function whose residuals are a square root of the reduced system,
 //
 //   J^T J = information,  J^T r = gradient,  |r|^2 / 2 = cost
 //

@@ -12,21 +12,23 @@ namespace truetriad {
 // noise is known, more if its estimate has `noise_dof` degrees of freedom (Student's t).
 double FarInChi2(double noise_dof);
 
-// A solution with the magnetometer reversed, the field on the other side of the horizontal.
+// The solution with the magnetometer reversed and the field on the other side of the horizontal.
 struct OtherSide {
   PoseGraph graph;
   double worse = 0.0;  // its χ² minus that of the first solution
 
-  // Whether χ² decides which of the two is true.
+  // Whether χ² decides which of the two solutions is true.
   bool IsTold(double noise_dof) const;
 };
 
-// The other side's solution, if the dip is known, fixed or with a σ, and near enough to the
-// horizontal that this is possible. Without a known dip both sides are one solution (hemisphere.h).
+// The other side's solution. Unset if the dip is unknown, since both sides are then one solution
+// (hemisphere.h), if the magnetometer's sign is held, if there is no accelerometer, or if the dip
+// is far from 0.
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options, const PoseGraph& solved);
 
-// Moves the field to its true side; false if it was there already. Without a known dip both sides
-// are one solution, else the likelier one is taken.
+// Moves the field to its true side and returns whether it moved. If OtherSideOfField is set, the
+// likelier side is taken, or, if χ² does not decide, handedness does; else SettleHemisphereOfField
+// decides.
 bool SettleField(const CalibrateOptions& options, double noise_dof, PoseGraph* graph);
 
 }  // namespace truetriad

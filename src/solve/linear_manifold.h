@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// Parameters restricted to a linear subspace: x + basis * delta. Held entries are rows of zeros,
-// tied entries share a column.
+// Parameters restricted to a linear subspace: x + basis * delta. A held entry has a row of zeros in
+// `basis`; tied entries share a column.
 class LinearManifold final : public ceres::Manifold {
  public:
   // Columns of `basis` are orthonormal.

@@ -6,7 +6,7 @@
 namespace truetriad {
 namespace {
 
-// A nonzero entry of the basis of the free coordinates, which has hardly more than one per column.
+// A nonzero entry of the basis of the free coordinates; most columns have only one.
 struct BasisEntry {
   Eigen::Index row = 0;
   Eigen::Index column = 0;

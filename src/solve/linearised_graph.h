@@ -20,9 +20,10 @@ namespace truetriad {
 //
 //   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
 //
-// so that the reduced information is M = prior + J^T D J. Only blocks of one factor are formed: A^T
-// V^-1 A is block tridiagonal (chain_factor.h), and everything is linear in the number of poses.
-// ChainElimination solves a graph; this keeps all rows for later tests.
+// so that the reduced information is M = prior + J^T D J. Of V and D, only the blocks of single
+// factors are formed, and A^T V^-1 A is block tridiagonal (chain_factor.h): time and memory are
+// linear in the number of poses. ChainElimination solves a graph; this class keeps all rows for
+// later tests.
 class LinearisedGraph {
  public:
   struct Factor {
@@ -31,7 +32,7 @@ class LinearisedGraph {
     Eigen::Index row = 0;  // index of its first row among those of all factors
     Eigen::Index rows = 0;
 
-    // Columns of its pose, and of the next if it depends on that.
+    // Columns of A: three for the factor's pose, and three for the next pose if it depends on that.
     Eigen::Index tangents() const { return sees_next ? 6 : 3; }
   };
 
@@ -59,8 +60,8 @@ class LinearisedGraph {
   const Eigen::VectorXd& gradient() const { return gradient_; }
   const Eigen::MatrixXd& matrix() const { return matrix_; }
 
-  // The optimal step of all poses for a step of the shared coordinates, one tangent space after
-  // another.
+  // The optimal step of every pose if the shared coordinates take this step, one tangent space
+  // after another.
   Eigen::VectorXd PoseSteps(const Eigen::VectorXd& shared_step) const;
 
   // Moves `graph`, from which this was made, by a step of the free shared coordinates and the
@@ -118,7 +119,8 @@ class LinearisedGraph {
   double cost_ = 0.0;
 };
 
-// The block of a symmetric matrix for the poses of a factor, assembled from its blocks by pose.
+// The block of a symmetric matrix for all poses of a factor, assembled from the blocks of poses and
+// of neighbours.
 using PairBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks);
 

@@ -51,8 +51,9 @@ Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index r
   return block;
 }
 
-// With W = V^-1, N = A^T W A, E = W A: dW = -W dV W, dN = A^T dW A, and of D = W - E N^-1 E^T the
-// block of the rows c is as follows, dV_c being their own change (W couples no others),
+// Let W = V^-1, N = A^T W A, E = W A; then dW = -W dV W and dN = A^T dW A. The change of D = W - E
+// N^-1 E^T in the block of the rows c is as follows; dV_c is the change of these rows' variance,
+// and W is block diagonal,
 //
 //   dW_c - H - H^T - E_c d(N^-1) E_c^T,    dW_c = -W_c dV_c W_c,  H = -W_c dV_c E_c N^-1 E_c^T.
 std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(

@@ -11,9 +11,10 @@
 
 namespace truetriad {
 
-// The linearised graph with its covariance: as by ceres::Covariance, but also with projections of
-// residuals, for variance components and for rank-deficient systems. With the whole system's
-// projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T V^-1 (H: all columns)
+// The linearised graph with the covariance of its free shared coordinates. Unlike
+// ceres::Covariance, it also has projected residuals, for variance components, and accepts
+// rank-deficient systems. With the whole system's projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T
+// V^-1 (H: all columns)
 //
 //   P = D - D J M^-1 J^T D        P r = D (r + J step).
 class ReducedSystem : public LinearisedGraph {
@@ -27,7 +28,7 @@ class ReducedSystem : public LinearisedGraph {
 
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // As in LinearisedGraph, with an update of the members of this class.
+  // Like those of LinearisedGraph, but also update the members of this class.
   void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
@@ -35,7 +36,7 @@ class ReducedSystem : public LinearisedGraph {
   const StackedRows& BM() const { return BM_; }
   const Eigen::VectorXd& projected() const { return projected_; }
 
-  // M and results from it.
+  // The information M, with its covariance, rank and step.
   const SharedInformation& shared() const { return shared_; }
   const Eigen::MatrixXd& information() const { return shared_.matrix(); }
   const Eigen::MatrixXd& covariance() const { return shared_.covariance(); }
@@ -43,7 +44,7 @@ class ReducedSystem : public LinearisedGraph {
   int rank() const { return shared_.rank(); }
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
-  // A factor's diagonal block of D, with all its rows, and of P, with three from `row` on.
+  // A factor's diagonal block of D, for all its rows, and of P, for the three rows from `row` on.
   auto D(std::size_t factor) const {
     const Eigen::Index rows = factors()[factor].rows;
     return D_.block(factors()[factor].row, 0, rows, rows);

@@ -50,7 +50,7 @@ struct RowProduct {
 constexpr Index kBlockRows = 4;  // 4 x 8 sums fill eight of AVX's 16 registers
 constexpr Index kBlockColumns = 8;
 
-// For results at least as large as a block; the last blocks overlap those before.
+// The result must be at least as large as a block; the last blocks overlap the blocks before them.
 TRUETRIAD_WIDE_REGISTERS void MultiplyInBlocks(const RowProduct& p) {
   using Four [[gnu::vector_size(32)]] = double;
   for (Index i = 0;; i = std::min(i + kBlockRows, p.rows - kBlockRows)) {

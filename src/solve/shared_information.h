@@ -16,7 +16,7 @@ struct ScaledFactor {
   Eigen::VectorXd per_own;  // one over the square roots of the diagonal
   Cholesky factor;
 };
-// Unset if the matrix is so nearly singular that its eigenvalues are needed.
+// Unset if the matrix is nearly singular, so that only its eigenvalues show the rank.
 std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
 
 // The information of all factors on the free shared coordinates, the attitudes eliminated.
@@ -39,7 +39,8 @@ class SharedInformation {
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
-  // Whether no direction's information is near rounding, however different the parameters' σ are.
+  // Whether the information of every direction is far above rounding, also if the parameters' σ
+  // differ by orders of magnitude.
   bool is_regular() const { return is_regular_; }
   // The Gauss-Newton step; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
@@ -54,9 +55,9 @@ class SharedInformation {
 // Variances of all shared entries, by the covariance of the free coordinates.
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
 
-// The largest change of a shared entry, in its σ, if the free coordinates change by all columns of
-// `moves` independently: the root of the sum of their squares. Entries without a variance are
-// skipped.
+// The largest change of a shared entry, in σ of that entry, if the free coordinates change by the
+// columns of `moves` independently: the root of the sum of squares over the columns. Entries
+// without a variance are skipped.
 double LargestInSigmas(const SharedLayout& layout,
                        const Eigen::MatrixXd& covariance,
                        const Eigen::MatrixXd& moves);

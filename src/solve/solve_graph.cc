@@ -14,10 +14,11 @@ namespace {
 
 // Iterations over all integrations: problems that need more are undetermined or start far away.
 constexpr int kMaxIterations = 300;
-// Each integration leaves an error of second order in the parameters' change; chosen: after ten the
-// last optimum is kept.
+// Each integration leaves an error of second order in the parameters' change. Chosen: after ten
+// integrations, the last optimum is kept.
 constexpr int kMaxIntegrations = 10;
-// Share of the tolerance: with an error below it, increments are not integrated again.
+// Share of the tolerance: if the error of linearity is smaller, increments are not integrated
+// again.
 constexpr double kStillLinear = 1e-2;
 
 SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance, int max_iterations) {

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// Minimises the whitened sum of squares over `shared` and the states of `problem`, which are
-// returned as of the last linearisation.
+// Minimises the whitened sum of squares over `shared` and the states of `problem`. On return, both
+// are those of the last linearisation.
 SolveOutcome SolveChain(Solver solver,
                         double tolerance,
                         int max_iterations,

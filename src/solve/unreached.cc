@@ -6,8 +6,8 @@
 // Functions that linked libraries refer to but this program never calls: defining them here saves
 // finding, loading and relocating their libraries at each start.
 
-// Ceres refers to CHOLMOD, SuiteSparseQR, CXSparse and LAPACK for its sparse solvers and dense
-// LAPACK ones. This program only asks for Eigen's DENSE_QR (eliminated.cc) and EIGEN_SPARSE
+// Ceres refers to CHOLMOD, SuiteSparseQR and CXSparse for sparse solvers and to LAPACK for dense
+// ones. This program only asks for Eigen's DENSE_QR (eliminated.cc) and EIGEN_SPARSE
 // (ceres_problem.cc).
 #define TRUETRIAD_UNREACHED(name)                              \
   extern "C" [[noreturn]] void name() {                        \
@@ -64,7 +64,8 @@ TRUETRIAD_UNREACHED(dpotrf_)
 TRUETRIAD_UNREACHED(dpotrs_)
 TRUETRIAD_UNREACHED(dtrtrs_)
 
-// glog's stack traces use these functions when a CHECK fails; with them, it prints no trace.
+// If a CHECK fails, glog calls these functions for a stack trace. As they do nothing, it prints
+// none.
 #ifdef __x86_64__
 extern "C" {
 int unw_tdep_getcontext(unw_tdep_context_t* /*context*/) { return -1; }

@@ -35,7 +35,7 @@ constexpr double kNominalFieldUt = 50.0;
 constexpr double kLargestSiGain = 4.0;
 // Chosen: at most four rival alignments, which differ by signs and mirrors, become starts.
 constexpr std::size_t kMaxCandidates = 4;
-// Stated rates within 0.1 % of the median one count as equal for a start.
+// For a start, stated rates within 0.1 % of their median are treated as equal.
 constexpr double kSameSpeed = 1e-3;
 
 // `may_be_faces`: the unit may have stood on its six faces, so that the remedy names that option.
@@ -88,8 +88,8 @@ Status CheckCount(Triad triad,
                             .With("needed", static_cast<double>(needed)));
 }
 
-// Refuses a gain that is wrong by a factor of 4 in stated attitudes although the readings have
-// gravity's length, which WhyNotAsStated has checked.
+// Refuses a gain that is off by a factor above 4 in the stated attitudes. WhyNotAsStated has
+// checked already that the readings have gravity's length.
 Status CheckAccelerometerGain(const PoseSet& poses,
                               const CalibrateOptions& options,
                               const std::vector<Eigen::Vector3d>& readings,
@@ -107,12 +107,13 @@ Status CheckAccelerometerGain(const PoseSet& poses,
                {poses.source},
                "the accelerometer reads gravity at rest (" + std::to_string(Median(norms)) + " " +
                    stream->unit.name +
-                   ", median norm), but its gain is far from nominal in the stated attitudes: "
-                   "check for exchanged faces or attitudes, or another frame convention");
+                   ", median norm), but in the stated attitudes its gain is off by a factor above "
+                   "4: check for exchanged faces or attitudes, or another frame convention");
 }
 
-// The six-position solution with known forces: the analytic one, which takes each column from one
-// face, when there is one rest per face; else least squares over all rests.
+// The six-position solution with known forces. For one rest per face and a physical unit: the
+// analytic solution, which takes each column from one face. Otherwise: least squares over all
+// rests.
 Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
                                             const std::vector<Eigen::Vector3d>& readings,
                                             const std::vector<Eigen::Vector3d>& forces,
@@ -203,7 +204,7 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   return model;
 }
 
-// AccelerometerStart in the body frame, which in unknown attitudes the stated mounting defines.
+// AccelerometerStart in the body frame. If attitudes are unknown, the stated mounting defines it.
 Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
                                                      const CalibrateOptions& options) {
   auto model = AccelerometerStart(poses, options);
@@ -257,15 +258,15 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
     const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
     TRUETRIAD_ASSIGN_OR_RETURN(alignments, AlignFrames(ups, fields, +1, cosine));
     if (cosine != nullptr) {
-      // With the dip known the two determinants are different problems, so both are solved.
+      // If the dip is known, each determinant is a problem of its own, so both are solved.
       auto mirrored = AlignFrames(ups, fields, -1, cosine);
       if (mirrored) alignments.insert(alignments.end(), mirrored->begin(), mirrored->end());
       std::stable_sort(alignments.begin(), alignments.end(), [](const auto& a, const auto& b) {
         return a.rms < b.rms;
       });
     } else {
-      // (R, c) and (-R, -c) are the same solution: the hemisphere decides. Field down = dip
-      // positive = negative cosine with up.
+      // (R, c) and (-R, -c) are the same solution: the hemisphere decides. In the north the field
+      // points down: the dip is positive, and the cosine with up is negative.
       const double wanted = dip.known() ? (*dip.value < 0.0 ? 1.0 : -1.0)
                                         : (options.reference.northern_hemisphere ? -1.0 : 1.0);
       for (FrameAlignment& alignment : alignments) {
@@ -280,7 +281,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
   return alignments;
 }
 
-// Up and the magnetic field at one pose, as unit vectors, and the relative errors of their lengths.
+// Up and field at one pose as unit vectors, and the relative errors of the measured lengths.
 struct Pair {
   const StaticPose* pose = nullptr;
   Eigen::Vector3d up, field;
@@ -305,8 +306,8 @@ std::vector<Pair> PairsOf(const PoseSet& poses,
   return pairs;
 }
 
-// Rotates the magnetometer from its own frame into the body frame by the constant angle between
-// field and gravity; one start for every rival solution.
+// Rotates the magnetometer from its own frame into the body frame, so that the angle between field
+// and gravity is constant; returns one start for every rival solution.
 Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
                                                    const CalibrateOptions& options,
                                                    const StartValues& base,
@@ -335,7 +336,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
 
   std::vector<StartValues> starts;
   for (const FrameAlignment& alignment : alignments) {
-    // Chosen: a rival with 20 times the best residual, and 1e-3 more, is no solution.
+    // Chosen: a rival with a residual above 20 times the best one plus 1e-3 is no solution.
     if (!starts.empty() && alignment.rms > 20.0 * alignments.front().rms + 1e-3) break;
     if (starts.size() == kMaxCandidates) break;
     if (!starts.empty() && !Acts(Mechanism::kRivalStarts)) break;
@@ -424,8 +425,8 @@ std::vector<DirectionMove> DirectionMovesOf(const PoseSet& poses,
   return moves;
 }
 
-// A gyroscope alone with rates known by magnitude: readings less the bias of the rests, divided by
-// the magnitude, lie on one ellipsoid. Without rests only rates of the median magnitude are used.
+// A gyroscope alone with rates of known magnitude. Readings minus the bias at rest, divided by the
+// magnitude, lie on one ellipsoid. Without rests, only rates of the median magnitude are used.
 Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
                                                const CalibrateOptions& options) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
@@ -496,7 +497,8 @@ Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
   return model;
 }
 
-// Needs the start model of the sensor, if any, with which the gyroscope's turns are compared.
+// Adds the gyroscope's start model. `start` must have the model of the sensor, if there is one,
+// with which turns are compared.
 Status AddGyroscope(const PoseSet& poses, const CalibrateOptions& options, StartValues* start) {
   if (!options.triads[Triad::kGyroscope].enabled) return {};
   const Triad vector =
@@ -592,7 +594,7 @@ std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& opti
       !gyroscope.mounting) {
     return std::nullopt;
   }
-  // S_g Q is along the stated axes for a rotation Q; if the handedness differs, there is no such Q.
+  // A rotation Q brings S_g Q to the stated axes; if the handedness differs, there is no such Q.
   const Eigen::Matrix3d found = NearestAxisMap(start.models[Triad::kGyroscope]->sensitivity);
   const Eigen::Matrix3d turn = found.transpose() * *gyroscope.mounting;
   const bool is_turned = turn.determinant() > 0.0 && !turn.isIdentity(0.0);

@@ -17,15 +17,15 @@ namespace truetriad {
 Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options);
 
 // All distinct starts worth trying, best first: one, or several when the magnetometer's rotation
-// has rival solutions.
-// Error: too few poses for the wanted model, poses that do not determine it (not enough); readings
-// that cannot be in the stated unit (bad input).
+// has rival solutions. Error (not enough): too few poses for the wanted model, or poses that do not
+// determine the model. Error (bad input): stated attitudes, faces, forces or turns that are missing
+// or contradict the readings.
 Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
                                                  const CalibrateOptions& options);
 
-// If magnetometer and gyroscope are calibrated without accelerometer, and only the gyroscope has a
-// stated mounting: `options` with the axis map of the magnetometer that brings the gyroscope of
-// `start` to its stated axes. Unset in other cases, or if the map is the identity.
+// For magnetometer and gyroscope without accelerometer, of which only the gyroscope has a stated
+// mounting: `options` with the mounting of the magnetometer for which the gyroscope of `start` has
+// its stated axes. Unset in other cases, or if that mounting is the identity or a mirror.
 std::optional<CalibrateOptions> WithMagnetometerMap(const CalibrateOptions& options,
                                                     const StartValues& start);
 

@@ -46,18 +46,19 @@ double RmsOf(const TriadModel<double>& model,
   return std::sqrt(sum / static_cast<double>(readings.size()));
 }
 
-// Removes up to three outliers that alone keep the others from fitting: each time the reading
-// without which the RMS is least, as long as the RMS falls by more than chance makes it fall.
+// Removes up to three outliers that keep the other readings from fitting. Each round removes the
+// reading without which the RMS is least, if the RMS falls by more than chance explains.
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
   constexpr std::size_t kMost = 100;  // Number of readings up to which a fit without each is cheap.
   // Chosen: more outliers than three are left to the robust fit.
   constexpr int kMostSpoilers = 3;
-  // Degrees of freedom that remain after a removal, for which the chance below holds.
+  // At least this many degrees of freedom remain after a removal; the chance below is for this
+  // many.
   constexpr std::size_t kFewestDof = 4;
-  // Factor by which an outlier raises the RMS: with four degrees of freedom, one of 20 readings of
-  // normal noise does so in 1 of 1e4 data sets.
+  // An outlier raises the RMS at least by this factor: with four degrees of freedom and normal
+  // noise, one of 20 readings does so in 1 of 1e4 data sets.
   constexpr double kSpoils = 6.0;
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < kMostSpoilers; ++round) {
@@ -135,7 +136,8 @@ Result<TriadModel<double>> FitInKnownField(const std::vector<Eigen::Vector3d>& r
   if (fit.is_determined) return fit.model;
   return NotEnoughError(
       Finding(FindingCode::kTooFewDirections,
-              "the known attitudes lie in one plane, so gains and biases are unobservable",
+              "the known directions of gravity in the body lie in one plane, so that gains and "
+              "biases are unobservable",
               "add poses with every axis up and down"));
 }
 

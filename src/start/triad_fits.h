@@ -11,13 +11,13 @@
 
 namespace truetriad {
 
-// Fits a sphere to readings of a triad whose matrix is fixed: after multiplication by its inverse
-// the problem is linear in the centre and in r^2 - |c|^2.
+// Fits a sphere to readings of a triad whose matrix is fixed: after multiplication by the inverse
+// matrix, the problem is linear in the centre c and in r^2 - |c|^2.
 TriadModel<double> FitBias(const std::vector<Eigen::Vector3d>& readings,
                            const Eigen::Matrix3d& sensitivity);
 
-// Fits an ellipsoid after removing up to three outliers, each of which alone spoils the fit, then
-// again without readings whose norm error exceeds 6 σ.
+// Fits an ellipsoid after removing up to three outliers that keep the other readings from fitting,
+// and again without readings whose norm error exceeds 6 σ.
 Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings,
                                            MatrixModel model,
                                            double radius);

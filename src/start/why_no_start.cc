@@ -72,7 +72,7 @@ Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error) {
   if (const auto axis = ThinAxis(readings)) {
     return NotEnoughError(
         Finding(FindingCode::kTooFewDirections,
-                name + ": its readings lie near a plane, they vary too little along " +
+                name + ": its readings lie near a plane: they vary too little along " +
                     AxisLetter(*axis),
                 PosesAlong(triad, *axis))
             .About(triad, *axis));

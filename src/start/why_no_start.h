@@ -15,11 +15,12 @@ namespace truetriad {
 // axis, two equal axes, or readings in a plane.
 Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error);
 
-// The refusal of a gyroscope; if at least half of the turns have a fault, that is the reason.
+// The refusal of a gyroscope without start values. If at least half of the turns have a fault, the
+// first fault is the reason.
 Error WhyNoGyroscope(const PoseSet& poses, const Error& error);
 
-// The directions that readings in one plane, or in one part of their ellipsoid, leave undetermined;
-// for the case that there are no start values to analyse. Empty if the readings are spread out.
+// The directions that readings in one plane, or in one part of their ellipsoid, leave undetermined.
+// Used if there are no start values to analyse; empty if the readings are spread out.
 std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
                                                     const CalibrateOptions& options);
 

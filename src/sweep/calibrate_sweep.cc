@@ -24,13 +24,13 @@
 namespace truetriad {
 namespace {
 
-// Chosen: a smaller range is refused, since its terms would hardly hold for any working range.
+// Chosen: least range of a sweep. Terms of a smaller one would hardly hold for any working range.
 constexpr double kLeastRangeDegc = 2.0;
 // A difference from gravity beyond so many σ occurs by chance once in two million sweeps.
 constexpr double kHeldGravitySigmas = 5.0;
-// Share of gravity (10 mg) that ageing does not explain: the static calibration is another unit's.
+// No ageing explains a difference of more than this share of gravity (10 mg): units were mixed up.
 constexpr double kOtherUnitShare = 0.01;
-// Temperatures that count as the same: a bias of 1 mg/degC differs by 0.5 mg between them.
+// Temperatures that differ by less count as the same: at 1 mg/degC biases differ by 0.5 mg.
 constexpr double kSameDegc = 0.5;
 // Chosen: the largest range that counts as one temperature: 5 mg of bias at 1 mg/degC.
 constexpr double kMostStaticRangeDegc = 5.0;
@@ -69,23 +69,24 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
   const bool is_other = std::abs(off) > kOtherUnitShare * calibration.reference.gravity_mps2;
   Finding finding(
       FindingCode::kGravityMissed,
-      Format("at its own temperature the static calibration corrects the sweep's readings to "
+      Format("the static calibration, at its own temperature, corrects the sweep's readings to "
              "%.4f m/s^2, ",
              seen) +
           Format("which differs from gravity by %+.4f ", off) + Format("± %.2g: ", sigma) +
           (is_other ? static_file + " is the calibration of another unit"
                     : "the unit or its thermometer has changed in between"),
-      is_other ? "calibrate it at one temperature" : "");
+      is_other ? "calibrate this unit at one temperature" : "");
   if (is_other && Acts(Mechanism::kGravityMissed)) {
     finding.As(Severity::kRefusal);
   } else {
-    finding.text += "; the σ of its bias are widened accordingly";
+    finding.text += "; the σ of the static calibration's bias are widened accordingly";
     finding.Shifting(std::abs(off) / sigma, Treatment::kWidened);
   }
   return finding.About(Triad::kAccelerometer).With("error", off, sigma, "m/s^2");
 }
 
-// A unit that has changed along gravity by `off_mps2` may have changed as much along any axis.
+// Widens all biases' σ: a unit that changed by `off_mps2` along gravity may have changed as much
+// along any axis.
 void WidenBias(double off_mps2, Calibration* calibration) {
   TriadCalibration& sensor = *calibration->sensors[Triad::kAccelerometer];
   const Eigen::Vector3d off_raw = std::abs(off_mps2) * sensor.model.sensitivity.rowwise().norm();
@@ -97,7 +98,7 @@ void WidenBias(double off_mps2, Calibration* calibration) {
   }
 }
 
-// RMS of a triad's residuals over all axes, true unit.
+// RMS length of a triad's residual vectors, true unit.
 double ResidualRms(const Calibration& calibration, Triad triad) {
   Eigen::Vector3d raw = Eigen::Vector3d::Zero();
   for (const SweepAxis& axis : calibration.quality.sweep.axes) {
@@ -136,11 +137,11 @@ void SayUnexplained(const Quality& quality, Findings* findings) {
     if (!(times > kMuch)) continue;
     const std::string gap =
         std::abs(axis.branch_gap_after) > axis.rms_after
-            ? "heating and cooling still differ: hysteresis, or a lag that was not estimated"
-            : "drift, a moved unit, or a thermometer that does not follow the sensor's temperature";
+            ? "heating and cooling still differ (hysteresis, or a lag that was not estimated)"
+            : "look for drift, a moved unit, or a thermometer that does not follow the sensor";
     findings->push_back(Finding(FindingCode::kSweepUnexplained,
                                 NameOf(axis.triad, axis.axis) +
-                                    Format(": the residual is %.0f times its noise: ", times) + gap)
+                                    Format(": residuals are %.0f times the noise: ", times) + gap)
                             .About(axis.triad, axis.axis)
                             .With("times_noise", times));
   }
@@ -172,7 +173,7 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
           .With("order", higher));
 }
 
-// Reports the terms left out; axes with the same words are named together.
+// Reports the terms left out; axes with the same term and reason are named together.
 void SayLeftOut(const Quality& quality, Findings* findings) {
   std::vector<std::pair<std::string, std::vector<const SweepAxis*>>> said;
   for (const SweepAxis& axis : quality.sweep.axes) {
@@ -220,13 +221,13 @@ Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
                  Format(" (%.1f to ", recorded_degc[0]) +
                  Format("%.1f), not at its ", recorded_degc[2]) +
                  Format("reference temperature of %.1f degC: ", reference_degc) +
-                 Format("bias and sensitivity are taken as those at %.1f degC", recorded_degc[1]))
+                 Format("bias and sensitivity are used as those at %.1f degC", recorded_degc[1]))
       .With("recorded", recorded_degc[1], "degC")
       .With("reference", reference_degc, "degC");
 }
 
-// Takes the reference values and the frame of the static calibration, and its temperature as the
-// reference of the temperature terms. Error (bad input): a sweep cannot complete it.
+// Takes reference values and frame from the static calibration; its temperature becomes the
+// reference of the temperature terms. Error (bad input): a sweep cannot complete this calibration.
 Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* reference_degc) {
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
@@ -261,7 +262,7 @@ std::optional<Finding> TooLittle(const TriadSweep& swept, Triad triad) {
   if (windows < 3 * most) {
     return Finding(FindingCode::kTooFewWindows,
                    std::string(TriadName(triad)) + ": there are " + std::to_string(windows) +
-                       " windows; at least " + std::to_string(3 * most) + " are expected")
+                       " windows; at least " + std::to_string(3 * most) + " are needed")
         .About(triad)
         .With("windows", windows)
         .With("needed", 3 * most);
@@ -294,7 +295,7 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
     }
     findings->push_back(Finding(FindingCode::kReferenceExtrapolated,
                                 name + ": the reference temperature of " + where +
-                                    "; values at it are extrapolated")
+                                    "; values at this temperature are extrapolated")
                             .About(triad)
                             .With("reference", reference_degc, "degC")
                             .With("lowest", range[0], "degC")
@@ -311,7 +312,7 @@ Status CheckStatedTemperatures(const CalibrateOptions& options,
   return {};
 }
 
-// χ² of all axes over their degrees of freedom.
+// χ² summed over all axes, and its degrees of freedom.
 struct Chi2 {
   double sum = 0.0, dof = 0.0;
 };
@@ -379,7 +380,8 @@ Status CalibrateSweep(const PoseSet& poses,
   Quality& quality = calibration.quality;
   if (poses.sweep.temperature.empty()) {
     return Error(ErrorCode::kInvalidExperiment,
-                 "a sweep is calibrated from windows of a recording: `poses: { sweep: auto }`")
+                 "a sweep is calibrated from windows of a recording; state "
+                 "`poses: { sweep: auto }`")
         .About("poses");
   }
   quality.poses = static_cast<int>(poses.poses.size());

@@ -10,23 +10,23 @@
 namespace truetriad {
 namespace {
 
-// Least share of a term's RMS that no other term explains: at 1/4 its σ is 4 times as large.
+// Share of a term's RMS that the others must not explain: at 1/4 they make its σ 4 times as large.
 constexpr double kFewestOfItsOwn = 0.25;
-// A nonexistent term enters by chance once in a hundred.
+// Level of entry: a nonexistent term enters by chance once in a hundred.
 constexpr double kEnterLevel = 0.01;
 // Above the level of entry, so that a term that has just entered does not leave at once.
 constexpr double kLeaveLevel = 0.05;
-// Divided among all orders tried: a stated order is called too low by chance once in 10,000 axes.
+// Level, divided among all orders tried: chance calls a stated order too low once in 10,000 axes.
 constexpr double kHigherLevel = 1e-4;
-// Chosen: a lag, a knot or the highest power has to lower the held-out error by 5 %.
+// Chosen: to be kept, a lag, a knot or the highest power has to lower the held-out error by 5 %.
 constexpr double kFewerLags = 0.95;
-// Chosen: a lag longer than this share of the recording is drift.
+// Chosen: a lag longer than this share of the recording counts as drift.
 constexpr double kLongestLagShare = 0.25;
-// Chosen: ratio of neighbouring lags tried: 23 span a factor of 1000; RefineOne searches between.
+// Chosen: ratio of neighbouring lags in the grid; 23 span a factor of 1000. RefineOne goes between.
 constexpr double kLagRatio = 1.35;
-// Chosen: with two lags the element's is sought up to this share of the recording.
+// Chosen: if there are two lags, the element's is sought up to this share of the recording.
 constexpr double kElementShare = 1.0 / 16.0;
-// Order of the cubic with which sweeps are compared.
+// Order of the plain cubic with which the chosen terms are compared.
 constexpr int kPlainOrder = 3;
 
 // Which of the two lags the model has.
@@ -195,7 +195,8 @@ class Chooser {
     return all;
   }
 
-  // Of the lags in `all` the one with the smallest sum of squares over all folds but one.
+  // The lags in `all` with the smallest sum of squares over all folds but fold `but` (-1: over
+  // all).
   SweepLags BestOf(const std::vector<SweepLags>& all, const ThermalOptions& terms, int but) {
     const std::vector<int> columns = ColumnsOf(problem_, terms);
     SweepLags best;
@@ -257,7 +258,7 @@ class Chooser {
       RefineOne(candidate.terms, &SweepLags::element_s, &candidate.lags);
       RefineOne(candidate.terms, &SweepLags::rate_s, &candidate.lags);
     }
-    // The lag that is chosen again in each fold must not be a drift either.
+    // The lags that are chosen again for each fold must not be drift, either.
     std::vector<SweepLags> usable = all;
     std::erase_if(usable, [this](const SweepLags& lags) {
       return std::max(lags.element_s, lags.rate_s) > longest_s_;
@@ -272,9 +273,9 @@ class Chooser {
     return candidate;
   }
 
-  // The highest power was tested beside all allowed rate terms, without the noise of the
-  // thermometer. If it is not significant beside the chosen rate terms, with that noise, it is
-  // removed unless it lowers the held-out error by 5 %.
+  // Removes the highest power if it is not significant beside the chosen rate terms and with the
+  // noise of the thermometer, unless it lowers the held-out error by 5 %. ChooseOrder tested it
+  // beside all allowed rate terms and without this noise.
   void LowerOrder(Candidate* chosen) {
     ThermalOptions& terms = chosen->terms;
     while (terms.bias_order > 1) {
@@ -305,7 +306,7 @@ class Chooser {
     }
   }
 
-  // Chooses the order beside all allowed rate terms: ascending, each tested against higher ones.
+  // Chooses the order beside all allowed rate terms: from 1 on, each is tested against higher ones.
   void ChooseOrder(Candidate* candidate) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
     int& order = candidate->terms.bias_order;

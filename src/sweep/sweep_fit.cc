@@ -18,10 +18,10 @@ namespace {
 
 // Largest correlation of neighbours that is used: 66 residuals then count as one.
 constexpr double kMostCorrelation = 0.97;
-// Step of a lag's central difference, as a share of the lag: its error is of order 1e-6.
+// Step of a lag's central difference, as a share of the lag: the error is of order 1e-6.
 constexpr double kLagStep = 1e-3;
 // Temperature errors are subtracted from Omega if they are a larger share of a variance than this;
-// a smaller one changes a σ by 1 %.
+// a smaller share changes a σ by at most 1 %.
 constexpr double kErrorsMatter = 0.02;
 // The number of lags after which a filter retains exp(-10) of an input, one part in 20,000.
 constexpr double kForgotten = 10.0;
@@ -49,7 +49,7 @@ NormalEquations SumOf(const std::vector<SweepBlock>& blocks,
     sum.square += blocks[b].weighted_square[axis];
   }
   sum.matrix.triangularView<Eigen::StrictlyUpper>() = sum.matrix.transpose();
-  // An attitude without a window leaves its constant undetermined: it becomes zero.
+  // If an attitude has no window, its constant is undetermined and becomes zero.
   for (Eigen::Index i = 0; i < size; ++i) {
     if (sum.matrix(i, i) == 0.0) sum.matrix(i, i) = 1.0;
   }
@@ -75,9 +75,10 @@ Eigen::MatrixX2d Slopes(const SweepProblem& problem, const SweepFit& fit) {
   return slopes;
 }
 
-// For each independent part of the thermometer's noise, of 1 sigma, passes the resulting errors of
-// all windows' fitted readings to `note`, to first order. Temperature and rate go through the lags
-// of the fit. One part at a time, since all together may exceed the memory.
+// For each independent part of the thermometer's noise, taken as 1 sigma: passes to `note` the
+// errors that it causes in all windows' fitted readings, to first order. Errors of temperature and
+// rate pass through the fit's lags. Parts are handled one by one, since all together may exceed the
+// memory.
 void ForEachTemperatureError(const SweepProblem& problem,
                              const SweepFit& fit,
                              const NoteError& note) {
@@ -176,7 +177,7 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& residuals,
                                    const std::vector<int>& attitudes,
                                    int count) {
-  // Columns are scaled to size 1, since a lag's may be far smaller than the others.
+  // Columns are scaled to size 1, since a lag's column may be far smaller than the others.
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd inverse =
@@ -218,7 +219,7 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
       others -= omega(error - TimesVector(scaled, normal.SolveVector(right)));
     });
   }
-  // The readings' own noise is part of `others`; the difference may come out smaller and is raised.
+  // `others` must contain the readings' own noise. If it came out smaller, it is raised to that.
   const Cholesky root(TransposeTimes(ScaledRows(variances, weighted), weighted));
   if (matters && root.is_positive()) {
     const SymmetricEigen eigen =

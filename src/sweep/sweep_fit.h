@@ -50,14 +50,15 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
 using NoteError = std::function<void(const Eigen::VectorXd&)>;
 using ForEachError = std::function<void(const NoteError&)>;
 
-// As above, if part of the residuals comes from errors of the columns with a known covariance:
-// `for_each_error` passes each independent error e_m, of 1 sigma. The known effect of these errors
-// replaces their estimated part of Omega:
+// As above, for residuals that include errors of the columns with known covariance.
+// `for_each_error` passes each independent error e_m, taken as 1 sigma. In Omega the known effect
+// of these errors replaces the estimated one:
 //
 //   Omega  -  sum_m Omega(W M e_m)  +  sum_m (X^T W e_m) (X^T W e_m)^T       M: residuals of a fit
 //
-// Errors that last so long that they look like the columns hardly show in the residuals. The first
-// two terms together are kept at least as large as the effect of the readings' noise, `variances`.
+// The reason: errors that last so long that they look like the columns hardly show in the
+// residuals. The first two terms together are at least the effect of the readings' noise,
+// `variances`.
 Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& weights,
                                    const Eigen::VectorXd& residuals,
@@ -93,8 +94,8 @@ double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       int axis,
                       int but);
 
-// Sum of r^2 over a fold that is predicted by the others. If these do not determine a constant, it
-// is taken from the fold itself.
+// Sum of r^2 over a fold that is predicted by the others. If the others do not determine an
+// attitude's constant, it is taken from the fold itself.
 double HeldOutSquare(const std::vector<SweepBlock>& blocks,
                      const std::vector<int>& columns,
                      int attitude_count,

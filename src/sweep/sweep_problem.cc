@@ -13,9 +13,9 @@
 namespace truetriad {
 namespace {
 
-// Half-width, as a share of the range, of the kernel that smooths the time at a temperature.
+// Half-width, as a share of the range, of the kernel that smooths the time spent at a temperature.
 constexpr double kKernelShare = 1.0 / 20.0;
-// Bins of the range, 20 in a half-width of the kernel.
+// Number of bins of the range; the kernel's half-width has 20.
 constexpr int kBins = 400;
 // Least time at a temperature, as a share of the mean: it bounds the weight of a temperature that
 // the sweep hardly dwelt at.
@@ -23,7 +23,7 @@ constexpr double kLeastDensity = 1.0 / 500.0;
 // Straight pieces that stand for any function of temperature, each a tenth of the range.
 constexpr int kPieces = 10;
 
-// The temperature of an axis after its lags, and its rate, over the whole track.
+// The temperature of an axis and its rate, after the axis' lags, over the whole track.
 Eigen::MatrixX2d FilterTrack(const TemperatureTrack& track, const SweepLags& lags) {
   const auto size = static_cast<Eigen::Index>(track.time_s.size());
   Eigen::MatrixX2d states(size, 2);
@@ -215,7 +215,7 @@ double SweepProblem::ShareOfItsOwn(const Eigen::MatrixX2d& states,
                                    RateTerm rate,
                                    const std::vector<RateTerm>& beside) const {
   const Eigen::MatrixXd columns = Columns(states);
-  // Hat functions of temperature, which span every piecewise straight function of it.
+  // Hat functions, which span every piecewise linear function of temperature.
   Eigen::MatrixXd others =
       Eigen::MatrixXd::Zero(size(), kPieces + 1 + static_cast<Eigen::Index>(beside.size()));
   const double low = states.col(0).minCoeff();

@@ -22,8 +22,8 @@ struct SweepLags {
   auto operator<=>(const SweepLags&) const = default;
 };
 
-// Computes an element's temperature and rate after its lags from those of the thermometer, in order
-// of time. Both results are linear in both inputs (model/thermal.h).
+// Computes, in order of time, an element's temperature and rate from those of the thermometer,
+// which the element follows with lags. Both results are linear in both inputs (model/thermal.h).
 class SweepFilter {
  public:
   explicit SweepFilter(const SweepLags& lags)
@@ -52,8 +52,8 @@ std::vector<SweepBlock> SumFolds(const std::vector<int>& fold_begin,
 //
 //   y = c_attitude + sum_i a_i (T_i(v) - T_i(v_ref)) + rates          ThermalScale
 //
-// with every window weighted by its samples divided by the time spent at its temperature, so that
-// all temperatures count alike however long they lasted.
+// with every window weighted by its number of samples. If `even_temperatures`, this is divided by
+// the time spent at the window's temperature: all temperatures then count alike.
 //
 // Columns: a constant for each attitude (one for all if a gyroscope, whose bias is absolute),
 // powers 1 to kMaxBiasOrder, rate terms, then two for each knot.
@@ -73,7 +73,8 @@ class SweepProblem {
   int rate_column(RateTerm rate) const {
     return attitude_count_ + ThermalOptions::kMaxBiasOrder + static_cast<int>(rate);
   }
-  // The column of knot k's kink, (v - v_k)+, or curve, its square; each less its value at v_ref.
+  // The column of knot k: the kink (v - v_k)+ or its square, the curve; each minus its value at
+  // v_ref.
   int knot_column(int knot, bool curve) const {
     return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
   }
@@ -82,7 +83,7 @@ class SweepProblem {
   void SetKnots(std::vector<double> knots_degc);
   const std::vector<int>& fold_begin() const { return fold_begin_; }
   int fold_count() const { return static_cast<int>(fold_begin_.size()) - 1; }
-  // Readings, a row per axis, less `origin`: sums of squares lose no digits to large offsets.
+  // Readings minus `origin`, a row per axis: sums of squares thus lose no digits to large offsets.
   const Eigen::Matrix3Xd& readings() const { return readings_; }
   const Eigen::Vector3d& origin() const { return origin_; }
   const Eigen::Matrix3Xd& noise_variance() const { return noise_variance_; }

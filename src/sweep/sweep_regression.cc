@@ -23,8 +23,8 @@ namespace truetriad {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Least share of a term's RMS that the terms in the regression do not explain: at 0.1 they make its
-// variance 100 times larger.
+// Terms in the regression must leave this share of another term's RMS unexplained: at 0.1 they make
+// its variance 100 times as large.
 constexpr double kShareOfItsOwn = 0.1;
 // Readings of attitudes count as one if they differ by less than this share of the largest.
 constexpr double kOtherReading = 0.05;
@@ -118,14 +118,16 @@ class Regression {
     }
     SetLevels(LevelOfAttitudes(axis), &factors);
     // A level is an attitude's reading at the reference temperature, where the other factors are
-    // zero: the regression itself estimates it. Chosen: 8 rounds, each from the levels before.
+    // zero: the regression itself estimates it. Chosen: 8 rounds, each from the levels of the round
+    // before.
     constexpr int kRounds = 8;
     for (int round = 0; round < kRounds && products_.size() > 1; ++round) {
       const Eigen::VectorXd level = FitColumns(With(candidates_), reading_, weights_)
                                         .coefficients.head(problem.attitude_count())
                                         .array() +
                                     problem.origin()[axis];
-      // A level that moves by more than a fifth of the largest is poorly determined: not taken.
+      // If a level moves by more than a fifth of the largest, levels are poorly determined and
+      // stay.
       constexpr double kMuch = 0.2;
       const Eigen::VectorXd before = levels_;
       if ((level - before).cwiseAbs().maxCoeff() > kMuch * before.cwiseAbs().maxCoeff()) break;
@@ -180,7 +182,7 @@ class Regression {
     return sum.cwiseQuotient(count.cwiseMax(1.0));
   }
 
-  // Separates the candidates from the terms that no sweep, or not this one, can determine.
+  // Separates the candidates from the terms that no sweep can determine, or that this one cannot.
   void NameUntold(const Eigen::VectorXd& level, const Eigen::MatrixXd& factors) {
     candidates_.clear(), untold_.clear();
     constexpr int kReading = static_cast<int>(RegressionFactor::kReading);
@@ -195,8 +197,8 @@ class Regression {
         why = "absorbed by the constant of each attitude: a static calibration determines it";
       } else if (term.Has(kReading) && one_reading) {
         why =
-            "all attitudes read the same on this axis, so it cannot be separated from the term "
-            "without r; add an attitude in which the axis reads another value";
+            "all attitudes read the same on this axis, so terms with r cannot be separated from "
+            "those without; add an attitude in which the axis reads another value";
       }
       for (const int factor : {term.first, term.second}) {
         if (factor <= kReading || !why.empty()) continue;
@@ -210,8 +212,8 @@ class Regression {
     }
   }
 
-  // The residuals of a fit with all candidates are the noise. Those of a fit with few terms also
-  // contain the missing terms, which would then keep each other out.
+  // The residuals of a fit with all candidates are the noise. Residuals of a fit with few terms
+  // also contain the missing terms, which would then keep each other from entering.
   void EstimateNoise(int axis) {
     const Eigen::MatrixXd all = With(candidates_);
     noise_ = FitColumns(all, reading_, weights_).residuals;
@@ -294,7 +296,7 @@ class Regression {
     std::sort(chosen_.begin(), chosen_.end());
   }
 
-  // Removes the least significant term, but not the one that has just entered.
+  // Removes the least significant term that is to leave, except `entered`; false if there is none.
   bool Remove(int entered, SweepRegression* result) {
     int worst = -1;
     PartialTest least;
@@ -374,8 +376,8 @@ class Regression {
       const PartialTest test =
           TestBeside(Without(chosen_, static_cast<int>(t)), {static_cast<int>(t)}).front();
       if (!term.chosen && test.own_share < kShareOfItsOwn) {
-        term.why =
-            Format("only %.1f %% of it is independent of the chosen terms", 100.0 * test.own_share);
+        term.why = Format("not tested: only %.1f %% of it is independent of the chosen terms",
+                          100.0 * test.own_share);
         continue;
       }
       term.f = test.f;

@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-// Probability that any nonexistent term enters; divided among the candidates of the regression
-// (Bonferroni), as is the level at which a term leaves.
+// Probability that any nonexistent term enters. Like kLeaveRegression, it is divided among the
+// candidates of the regression (Bonferroni).
 constexpr double kEnterRegression = 0.05;
 // Twice the level of entry, so that no term enters and leaves endlessly.
 constexpr double kLeaveRegression = 0.10;
@@ -16,14 +16,15 @@ constexpr double kLeaveRegression = 0.10;
 // The full second-order regression of one axis' windows in the factors that `wanted` names: with
 // five of them 1 + 5 + 15 = 21 terms (SweepRegression). No lags, no knots.
 //
-// Stepwise: the term of the largest partial F enters if F is beyond kEnterRegression; then terms
-// whose F has fallen below kLeaveRegression leave, the smallest first. F uses the covariance of the
-// residuals of a fit with all candidates, including their correlation. A term is not tested if less
-// than a tenth of its RMS is independent of the terms in the regression: it and they would replace
-// each other.
+// Stepwise: the term of the largest partial F enters if F is significant at kEnterRegression; then
+// terms that are no longer significant at kLeaveRegression leave, the smallest F first. F uses the
+// covariance of the residuals of a fit with all candidates, including their correlation. A term is
+// not tested if less than a tenth of its RMS is independent of the terms in the regression: they
+// and it would replace each other.
 //
-// The constants of the attitudes replace 1, r and r^2, which a sweep does not determine.
-// Factors are divided by their largest value in the fit; results are stated without that division.
+// The constants of the attitudes replace 1, r and r^2, which a sweep does not determine. Factors
+// are divided by their largest value in the fit; results are stated for factors without this
+// division.
 SweepRegression RegressSweep(const SweepProblem& problem,
                              int axis,
                              const ThermalOptions& wanted,

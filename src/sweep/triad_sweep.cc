@@ -19,7 +19,7 @@
 namespace truetriad {
 namespace {
 
-// Chosen: windows beyond this number add no detail to a chart; more are thinned out.
+// Chosen: most windows of a chart; more would add no detail, so that longer sweeps are thinned out.
 constexpr int kMostShown = 400;
 
 ThermalBlock BlockOf(const ThermalOptions& terms) {
@@ -82,7 +82,7 @@ double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, Sw
   return std::sqrt((variances > 0.0).select(moved.array().square() / variances, 0.0).maxCoeff());
 }
 
-// A term by its name in the covariance, and where its value stands.
+// A term: its name in the covariance, and the place of its value.
 struct NamedTerm {
   std::string name;
   double* value;
@@ -247,8 +247,8 @@ Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
     return Error(ErrorCode::kMissingSensor,
                  {sweep.static_file},
                  "has no " + name +
-                     ", which the sweep is to complete; calibrate it too, or take it out of "
-                     "the sweep");
+                     ", which the sweep is to complete; calibrate this sensor too, or take it out "
+                     "of the sweep");
   }
   if (sensor->input_unit != unit) {
     return Error(ErrorCode::kUnitMismatch,
@@ -331,7 +331,7 @@ void TriadSweep::TakeTerms(int axis, TriadCalibration* sensor) {
   const SweepFit& fit = choices_.back().fit;
   const TermsInTau in_tau = InTau(problem_, axis, fit);
   const std::vector<NamedTerm> terms = TermsOf(triad_, axis, fit, sensor);
-  // Only a gyroscope's constant determines its bias.
+  // Only for a gyroscope does the constant determine the bias.
   const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
   ListedTerms& listed = listed_.emplace_back();
   for (std::size_t i = first; i < terms.size(); ++i) {

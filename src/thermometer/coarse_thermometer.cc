@@ -15,9 +15,9 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector4d;  // Value and slope of a line, settling of each lag.
+using State = Eigen::Vector4d;  // Value and slope of the line, settling of each lag (Piece).
 using Matrix = Eigen::Matrix4d;
-using Lags = std::array<double, 2>;  // Lags, s; 0: none. The second is the shorter one.
+using Lags = std::array<double, 2>;  // Two lags, s, the longer one first; 0: no lag.
 
 // From `time_s` on, T = line + slope (t - time_s) + sum_i settling_i exp(-(t - time_s) / lag_i).
 struct Piece {
@@ -25,27 +25,28 @@ struct Piece {
   State state;
 };
 
-// Chosen: a reading that lasts four times as long as the median one is on a plateau.
+// Chosen: a reading that stays for four times the median duration of a step is a plateau.
 constexpr double kLong = 4.0;
-// Chosen: changes to and fro less than half a median step apart are one passage with noise.
+// Chosen: changes to and fro within half a median step's duration of each other are one passage.
 constexpr double kSamePassage = 0.5;
-// Chosen: 8 nodes, where the chamber's slope may change, in the mean duration of a step.
+// Chosen: at a node the chamber's slope may change; the mean duration of a step has 8 nodes.
 constexpr double kNodesInStep = 8.0;
-// Chosen: the most nodes in all, as the time of a pass is proportional to their number.
+// Chosen: the largest number of nodes; the time of a pass is proportional to it.
 constexpr double kMostNodes = 4096.0;
-// Chosen: a chamber program changes its slope less often.
+// Chosen: the largest number of kinks; a chamber's program changes its slope less often.
 constexpr int kMostKinks = 40;
 // Chosen: rounds in which all kinks are placed again; they end earlier when no kink moves.
 constexpr int kKinkRounds = 4;
-// Chosen: the least variance per node of the chamber's slope, a random walk, in squares of the mean
-// rate: over 4096 nodes the slope changes by 64e-7 of it, so only kinks change it noticeably.
+// Chosen: the chamber's slope is a random walk; this is its least variance per node, relative to
+// the square of the mean rate. Over 4096 nodes the slope then changes by 64e-7 of the mean rate, so
+// only kinks change the slope noticeably.
 constexpr double kStiffest = 1e-14;
 // Chosen: lags are tried in steps of a factor 1.6 and refined afterwards.
 constexpr double kLagRatio = 1.6;
-// In nodes: the settling of a shorter lag falls by a factor e within two nodes, too fast to show.
+// In nodes: a lag below this settles by a factor e within two nodes, which is too fast to be seen.
 constexpr double kShortestLagNodes = 2.0;
-constexpr double kLongestLagShare = 0.1;               // Chosen: share of the recording.
-constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: shares of the first lag.
+constexpr double kLongestLagShare = 0.1;               // Chosen: longest lag / duration.
+constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: second lag / first lag.
 // Chosen: refinement ends at steps of two per cent of a lag.
 constexpr double kFinestRatio = 1.02;
 
@@ -53,8 +54,8 @@ double Decay(double since_s, double lag_s) {
   return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
 }
 
-// End of the changes that are one passage of a temperature, repeated by noise. An odd number of
-// them leads to the next step; of an even number only the first is taken.
+// Noise may repeat the change when the temperature passes a place. Returns the end of such changes
+// from `begin` on. If their number is odd, they lead to the next step; else only the first counts.
 std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
                          std::size_t begin,
                          double usual_s) {
@@ -66,8 +67,8 @@ std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
   return (end - begin) % 2 == 1 ? end : begin + 1;
 }
 
-// Time of the passage: the alternating sum t0 - t1 + t2 - … of the times of its changes is the time
-// of one change that leaves the temperature equally long on either side.
+// Time of the passage, t0 - t1 + t2 - … for changes at these times: a single change at this time
+// leaves the reading on either step for as long as all the changes together do.
 double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
                      std::size_t begin,
                      std::size_t end) {
@@ -81,7 +82,7 @@ double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
 // Kalman filter and smoother of the temperature for one pair of lags.
 class LaggedChamber {
  public:
-  // A node where the chamber's slope may change, or a place of the thermometer (StepPlaces).
+  // A node, where the chamber's slope may change, or a place of the thermometer (StepPlaces).
   struct Event {
     double time_s = 0.0;
     int place = -1;
@@ -115,12 +116,12 @@ class LaggedChamber {
       steps_.push_back({length_s, {Decay(length_s, lags[0]), Decay(length_s, lags[1])}});
       before_s = event.time_s;
     }
-    // A change's time is uniform within one spacing, so its error's variance is rate² spacing² /
-    // 12.
+    // The error of a change's time is uniform within one spacing, so the temperature there has an
+    // error of variance rate² spacing² / 12.
     least_variance_ = std::pow(rate_ * spacing_s, 2) / 12.0;
     variance_ = std::max(least_variance_, std::pow(0.01 * span_ / value.size(), 2));
     walk_ = 1e-6 * rate_ * rate_;
-    kink_ = 4.0 * rate_ * rate_;  // From a rise to a fall at that rate.
+    kink_ = 4.0 * rate_ * rate_;  // (2 rate_)^2: the slope changes from a rise to a fall.
     is_kink_.assign(static_cast<std::size_t>(node_count_), false);
   }
 
@@ -130,8 +131,8 @@ class LaggedChamber {
     return std::max(usual / kNodesInStep, (end_s - begin_s) / kMostNodes);
   }
 
-  // Logarithm of the posterior of the best kinks, walk and σ, up to a constant. `stiff`: kinks are
-  // sought with the smallest walk, so that the walk does not take their place.
+  // Logarithm of the posterior of the best kinks, walk and σ, up to a constant. If `stiff`, kinks
+  // are sought with the smallest walk, so that the walk does not take their place.
   double Solve(bool stiff) {
     if (stiff) {
       walk_ = kStiffest * rate_ * rate_;
@@ -163,7 +164,7 @@ class LaggedChamber {
   }
 
  private:
-  // Gain in log likelihood that a kink needs: the log of the number of nodes it is chosen from.
+  // The least gain in log likelihood of a kink: the log of the number of nodes to choose from.
   double price() const { return std::log(static_cast<double>(node_count_)); }
 
   void Set(std::size_t node, bool is_kink) {
@@ -171,8 +172,8 @@ class LaggedChamber {
     kinks_ += is_kink ? 1 : -1;
   }
 
-  // The node that as a kink raises the likelihood of the last pass most, if by more than its price
-  // (de Jong and Penzer 1998).
+  // The node at which a kink raises the likelihood of the last pass most (de Jong and Penzer 1998).
+  // Unset if no kink raises it by more than its price.
   std::optional<std::size_t> BestKink() const {
     std::optional<std::size_t> best;
     double most = price();
@@ -186,8 +187,8 @@ class LaggedChamber {
     return best;
   }
 
-  // Removes each kink in turn and puts it where it is best beside the others, or drops it; then
-  // tries to add one. Returns whether any kink changed.
+  // Removes each kink in turn, and places it again where it is best beside the other kinks, or
+  // drops it. Then tries to add a kink. Returns whether any kink changed.
   bool Move() {
     bool has_moved = false;
     for (std::size_t k = 0; k < is_kink_.size(); ++k) {
@@ -216,8 +217,8 @@ class LaggedChamber {
     return walk_ + (is_kink_[static_cast<std::size_t>(node)] ? kink_ : 0.0);
   }
 
-  // Finds the walk's variance to a decade, and the places' σ, with the kinks as they are. Leaves
-  // the smoothed states and the scores of the best values.
+  // Finds, for the present kinks, the walk's variance to a factor of ten and the σ of the places.
+  // Leaves the smoothed states and the scores of the best values.
   double Tune() {
     double likelihood = Pass();
     for (const double factor : {0.1, 10.0}) {
@@ -320,7 +321,8 @@ class LaggedChamber {
     return likelihood;
   }
 
-  // How the state changes with the chamber's slope: T and T' stay, and with two lags T'' as well.
+  // Derivative of the state at a kink by the change of the chamber's slope: T and T' do not change,
+  // and with two lags T'' does not either.
   State Turn() const {
     const double a = lags_[0], b = lags_[1];
     if (!(b > 0.0)) return {-a, 1.0, a, 0.0};
@@ -331,7 +333,7 @@ class LaggedChamber {
   Lags lags_;
   double span_ = 0.0, rate_ = 0.0;
   std::vector<Event> events_;
-  // The interval from the event before to each event.
+  // The interval between two events; steps_[e] ends at events_[e].
   struct Step {
     double length_s;
     Eigen::Array2d decay;
@@ -340,8 +342,8 @@ class LaggedChamber {
   int node_count_ = 0;
   int kinks_ = 0;
   std::vector<bool> is_kink_;
-  // Variances: of a place (and the least of it), of a step of the random walk, and of what a kink
-  // adds to that step.
+  // Variances: of the temperature at a place, and the least value of it; of a step of the random
+  // walk; and the variance that a kink adds to this step.
   double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
   // Results of the last pass.
   std::vector<State> predicted_, states_, gain_;
@@ -350,7 +352,7 @@ class LaggedChamber {
   double square_ = 0.0;
 };
 
-// The lags and pieces of the largest posterior.
+// The lags and pieces with the largest posterior.
 struct Chamber {
   Lags lags_s{};
   std::vector<Piece> pieces;
@@ -407,12 +409,12 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
                           const std::vector<double>& degc,
                           double step) {
   StepPlaces places;
-  // Readings need not be multiples of the step in degC, as of a thermometer of whole kelvins.
+  // In degC, readings need not be multiples of the step: a thermometer may read whole kelvins.
   double base = 0.0;
   for (std::size_t i = degc.size() - 1; i > 0; --i) {
     if (degc[i] == degc[i - 1]) base = degc[i];
   }
-  // A cell that holds a change has a mean between two steps.
+  // If the reading changes within a cell, the cell's mean lies between two steps.
   const auto level = [step, base](double value) { return std::round((value - base) / step); };
   std::vector<std::pair<double, double>> changes;
   for (std::size_t i = 1; i < degc.size(); ++i) {
@@ -443,7 +445,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     value /= static_cast<double>(count);
     const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
     for (int p = 0; p < points; ++p) {
-      // All points are of one reading: the σ of each is that of the reading times √number.
+      // All points come from one reading, so the σ of each is that of the reading times √number.
       places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points,
                  value,
                  in_step * std::sqrt(static_cast<double>(points)));
@@ -461,8 +463,8 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     c = next;
   }
   add_plateau(previous, time_s.back(), true);
-  // Before the first change and after the last one the line through the nearest two places is
-  // continued, within half a step of the reading there.
+  // Before the first change and after the last one, the line through the two nearest places is
+  // continued, but kept within half a step of the reading there.
   const auto end_point = [&](double time, double reading, std::size_t near, std::size_t far) {
     const double slope =
         (places.degc[near] - places.degc[far]) / (places.time_s[near] - places.time_s[far]);

@@ -20,18 +20,18 @@
 namespace truetriad {
 namespace {
 
-// Steps finer than 1/400 of the range, half of a sweep's window, are treated as noise.
+// Steps of up to 1/400 of the range, which is half of a sweep's window, are treated as noise.
 constexpr double kCoarseShare = 1.0 / 400.0;
-// Chosen: σ of the smoothed rate by noise is at most 1 % of the typical rate.
+// Chosen: noise gives the smoothed rate a σ of at most 1 % of the typical rate.
 constexpr double kRateNoiseShare = 0.01;
 // Chosen: the half-width is at most 1/20 of the recording; a wider one rounds off turning points.
 constexpr double kWidestShare = 1.0 / 20.0;
-// Chosen: with fewer changes of a coarse or readings of a slow thermometer, all cells are smoothed.
+// Chosen: with fewer changes (coarse thermometer) or readings (slow one) all cells are smoothed.
 constexpr std::size_t kFewestPlaces = 8;
-// In steps: with this noise or more beside the rounding's variance of 1/12 the track has the noise
-// of local fits; with less, rounding is its only error and the track keeps its step.
+// In steps. With this noise or more beside the variance 1/12 of rounding, the track has the noise
+// of local fits. With less, rounding is the only error, and the track keeps its step.
 constexpr double kDithered = 0.15;
-// Tukey's biweight: residuals beyond 6 σ lose all weight; of normal errors 2 in 10^9 are as large.
+// Tukey's biweight: residuals beyond 6 σ get a weight of 1e-6; 2 in 10^9 normal errors are larger.
 constexpr double kTukey = 6.0;
 // The second round weighs by the residuals of a fit that already excludes the outliers.
 constexpr int kRobustRounds = 2;
@@ -49,7 +49,7 @@ double SpanOf(const std::vector<double>& values) {
   return *high - *low;
 }
 
-// σ of single readings from second differences, which a steady drift leaves at zero.
+// σ of a single reading, from second differences; a steady drift does not change these.
 double NoiseOf(const std::vector<double>& degc) {
   std::vector<double> differences;
   for (std::size_t i = 2; i < degc.size(); ++i) {
@@ -60,7 +60,7 @@ double NoiseOf(const std::vector<double>& degc) {
 
 // Mean absolute rate of change, from differences over some 64 intervals.
 double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
-  // Chosen: each interval lasts much longer than the noise and is shorter than a ramp.
+  // Chosen: in an interval the temperature changes by more than the noise; a ramp takes longer.
   constexpr std::size_t kStretches = 64;
   const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
   double change = 0.0;
@@ -70,15 +70,16 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   return change / (time_s.back() - time_s.front());
 }
 
-// A local fit, and the weights in it of the readings begin, begin + 1, ….
+// Value and slope of a local fit, and the weights in both of the readings begin, begin + 1, ….
 struct LocalFit {
   double value = 0.0, slope = 0.0;
   std::size_t begin = 0;
   std::vector<Eigen::Vector2d> weights;
 };
 
-// Fits a local parabola about `time`. It reaches `half_width` to both sides, further on one side if
-// readings on the other are missing, and covers at least four. `first` advances with time.
+// Fits a parabola about `time` to the readings within `half_width` on both sides. If readings are
+// missing on one side, the fit reaches further on the other. It covers at least kFewestSmoothed
+// readings. `first` advances from call to call with `time`.
 void FitAbout(
     const Readings& readings, double time, double half_width, std::size_t* first, LocalFit* local) {
   const std::vector<double>& at = readings.time_s;
@@ -113,7 +114,7 @@ void FitAbout(
     normal += weight * row * row.transpose();
     local->weights.emplace_back(weight, 0.0);
   }
-  // A ridge of 1e-9 makes the fit as straight as possible with too few readings for a parabola.
+  // If readings are too few for a parabola, a ridge of 1e-9 makes the fit as straight as possible.
   const double ridge = 1e-9 * normal(0, 0);
   normal.diagonal() += Eigen::Vector3d(0.0, ridge, ridge);
   Eigen::Matrix<double, 3, 2> wanted = Eigen::Matrix<double, 3, 2>::Zero();
@@ -129,12 +130,12 @@ void FitAbout(
   local->slope = sum[1];
 }
 
-// A width chosen by the noise alone may smooth a turning point away. Returns the width up to
-// `half_width` of least generalised cross-validation.
+// A width chosen by the noise alone may smooth a turning point away. Returns the width, at most
+// `half_width`, that has the least score of generalised cross-validation.
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
   // Chosen: two widths an octave; the minimum is flat.
   constexpr double kNarrower = 0.7;
-  constexpr double kFewestOver = 20.0;  // Readings in a half-width.
+  constexpr double kFewestOver = 20.0;  // Least number of readings in a half-width.
   // Chosen: 2000 places give the score to 1 / √2000 = 2 %; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
@@ -156,16 +157,16 @@ double NotTooWide(const Readings& readings, double half_width, double spacing_s)
   return best;
 }
 
-// Notes the effect of each block of readings on each point of a track.
+// Records how much the noise of each block of readings changes each point of a track.
 class NoiseBlocks {
  public:
-  // Blocks last a quarter of the half-width, or longer if they were too many otherwise.
+  // Blocks last a quarter of the half-width, or longer if there were over kMostBlocks otherwise.
   NoiseBlocks(const Readings& readings,
               double half_width,
               double sigma_degc,
               TemperatureNoise* noise)
       : noise_(*noise) {
-    // Chosen: each block is an unknown of the calibration, so their number bounds its size.
+    // Chosen: each block is an unknown of the calibration, so this bounds the number of unknowns.
     constexpr double kMostBlocks = 400.0;
     const double begin = readings.time_s.front();
     const double length =
@@ -203,16 +204,16 @@ class NoiseBlocks {
   std::vector<std::size_t> block_;  // The block of each reading.
 };
 
-// The track of a coarse thermometer from the times at which its reading changes; unset if there are
-// too few. `step_degc` is set only if rounding is the readings' only error. If noise spreads the
-// readings over several steps, it stays 0, and the caller takes the noise from local fits.
+// The track of a coarse thermometer, from the times at which its reading changes; unset if these
+// are too few. Its `step_degc` is set only if rounding is the only error of the readings. If noise
+// spreads them over several steps, it stays 0, and the caller takes the noise from local fits.
 std::optional<TemperatureTrack> StepsFollowed(const std::vector<double>& time_s,
                                               const std::vector<double>& degc,
                                               double step_degc) {
   const StepPlaces places = PlacesOfChange(time_s, degc, step_degc);
   if (places.time_s.size() < kFewestPlaces) return std::nullopt;
   TemperatureTrack track = ThroughPlaces(places, time_s);
-  // Mean square of the residuals, which is that of rounding and noise together.
+  // Mean square of the residuals: the variance of rounding plus that of noise.
   double square = 0.0;
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     square += std::pow(track.degc[i] - degc[i], 2) / static_cast<double>(time_s.size());
@@ -277,8 +278,8 @@ Result<TemperatureTrack> SmoothTemperature(const std::vector<double>& time_s,
     }
   }
   Readings readings;
-  // Chosen: a reading repeated over more than four cells counts once, when it is taken; a shorter
-  // repetition delays the cells' means by half of it.
+  // Chosen: a reading that is repeated for more than four cells counts once, at the time at which
+  // it was taken. A shorter repetition only delays the means of the cells, by half of its duration.
   constexpr double kSlow = 4.0;
   double spacing = duration / static_cast<double>(time_s.size() - 1);
   TakenReadings taken{time_s, degc};

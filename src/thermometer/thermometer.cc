@@ -9,11 +9,11 @@
 namespace truetriad {
 namespace {
 
-// A spike lies outside its neighbours by more than 6 times the 95 % quantile of the steps from cell
-// to cell, and by more than 5 % of the range of the central 90 % of cells. A turning point lies
-// outside by three steps, half of the limit.
+// A spike is outside the range of its neighbours by more than 6 times the 95 % quantile of the
+// steps from cell to cell, and by more than 5 % of the range of the central 90 % of cells. A
+// turning point is outside by three steps, which is half of the limit.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
-// Least change of a reading, degC: a smaller one is rounding, of decimals or by a change of unit.
+// Up to this, degC, a change of a reading is rounding: of decimals or by a change of unit.
 constexpr double kLeastStep = 1e-6;
 
 }  // namespace
@@ -24,7 +24,8 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
     const double change = std::abs(degc[i] - last_degc_);
     if (!std::isnan(degc[i])) last_degc_ = degc[i];
     if (!(change > kLeastStep)) continue;
-    // Differences of whole steps are whole steps, so that of two changes also bounds the step.
+    // A change is a whole number of steps, and so is the difference of two changes. So the step is
+    // at most as large as either.
     for (const double step : {change, std::abs(change - last_change_degc_)}) {
       if (step > kLeastStep && (step_degc_ == 0.0 || step < step_degc_)) step_degc_ = step;
     }
@@ -46,12 +47,12 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  // Five intervals between changes: few enough for a short sweep, and enough to compare.
+  // At least five intervals between changes: a short sweep has them, and they can be compared.
   constexpr std::int64_t kFewestChanges = 5;
   // Readings count as repeated if at most 2 % of the intervals are shorter than the most frequent
   // interval, at least 60 % agree with it, and the mean change is two steps or more.
   constexpr double kSooner = 0.02, kRegular = 0.6, kSteps = 2.0;
-  // A thermometer that changes more often than every third row is not repeated.
+  // If the reading changes more often than every third row on average, it is not repeated.
   constexpr double kRows = 3.0;
   if (changes_ < kFewestChanges) return 0.0;
   const auto all = static_cast<double>(changes_);
@@ -82,18 +83,18 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
     if (!taken.time_s.empty() && time <= taken.time_s.back()) return;
     taken.time_s.push_back(time), taken.degc.push_back(value);
   };
-  // A reading that was taken again with the same value is added at each later multiple of hold_s.
+  // If a reading was taken again with the same value, it is added again after each hold_s.
   const auto add_repeats = [&](double from, double to, double value) {
     for (double time = from + hold_s; time < to - 0.5 * hold_s; time += hold_s) add(time, value);
   };
-  std::size_t level = 0;  // The last cell of the level before.
+  std::size_t level = 0;  // Last cell of the latest level.
   bool has_level = false;
   double from = time_s.front() - hold_s;
   for (std::size_t i = 0; i + 1 < degc.size(); ++i) {
     if (std::abs(degc[i + 1] - degc[i]) > kLeastStep) continue;
     // Cells i and i + 1 have the same reading, a level.
     if (has_level && std::abs(degc[i] - degc[level]) > kLeastStep) {
-      // The mean of the cell with the change shows which share of it belongs to the level before.
+      // If a cell contains a change, its mean shows which share belongs to the level before.
       double time = time_s[level] + 0.5 * cell_s;
       for (std::size_t m = level + 1; m < i; ++m) {
         time += std::clamp((degc[i] - degc[m]) / (degc[i] - degc[level]), 0.0, 1.0) * cell_s;
@@ -157,7 +158,7 @@ std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
   const double limit = kSpikeSteps * LowerQuantile(std::move(steps), 0.95);
   for (std::size_t begin = 0, i = 1; i < degc.size(); ++i) {
     if (std::abs(degc[i] - degc[i - 1]) <= kLeastStep) continue;
-    // The cell of the jump may hold readings from before it, so the next cell is compared too.
+    // The cell with the jump may hold readings from before the jump: the next one is compared too.
     const double after = degc[std::min(i + 1, degc.size() - 1)];
     const double jump = std::max(std::abs(degc[i] - degc[begin]), std::abs(after - degc[begin]));
     const bool follows = time_s[i] - time_s[i - 1] <= longest_s;

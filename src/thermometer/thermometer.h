@@ -17,7 +17,7 @@ class ThermometerWatch {
   void Note(std::span<const std::int64_t> time_ns, std::span<const double> degc);
 
   /// Step of the readings, degC: the smallest change between two readings, or the smallest
-  /// difference between two consecutive changes where that is less; 0: none yet.
+  /// difference between two consecutive changes if this is smaller; 0: no change yet.
   double step_degc() const { return step_degc_; }
   /// How long each reading is repeated, s, if the thermometer is read at regular times and changes
   /// by two steps or more on average; 0: readings are not repeated.
@@ -40,9 +40,9 @@ class ThermometerWatch {
   double change_sum_degc_ = 0.0;
 };
 
-/// Readings of a thermometer that is read every `hold_s` and repeated in between, each with the
-/// time at which it was taken, which is where the means of cells of time change. `time_s` of the
-/// cells increases in nearly equal steps.
+/// A thermometer is read every `hold_s`, and each reading is repeated until the next one. Here each
+/// reading has the time at which it was taken; the means of cells of time change at these times.
+/// `time_s` of the cells increases in nearly equal steps.
 struct TakenReadings {
   std::vector<double> time_s, degc;
 };
@@ -50,15 +50,16 @@ TakenReadings ReadingsAsTaken(const std::vector<double>& time_s,
                               const std::vector<double>& degc,
                               double hold_s);
 
-/// Neighbours on each side that give the expected value of a cell of a sweep: two spikes beside
-/// each other do not move the median of five.
+/// Number of neighbours on each side whose median gives the expected value of a sweep's cell. Two
+/// adjacent spikes among five neighbours hardly change the median.
 inline constexpr std::size_t kNeighbours = 5;
 
-/// Marks cells whose temperature is farther from their neighbours than a chamber can bring it.
+/// Marks cells whose temperature differs from that of their neighbours by more than a chamber can
+/// cause.
 std::vector<bool> TemperatureSpikes(const std::vector<double>& degc, double step_degc);
 
-/// Ranges [first, second) of cells that repeat the cell before and end with a jump that no chamber
-/// makes from a cell to the next: the thermometer was stuck.
+/// Ranges [first, second) of cells in which the thermometer was stuck: they repeat the cell before
+/// the range, and then the temperature jumps by more than a chamber can cause from cell to cell.
 std::vector<std::pair<std::size_t, std::size_t>> StuckTemperatures(
     const std::vector<double>& time_s, const std::vector<double>& degc);
 

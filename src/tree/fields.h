@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-// A value type has one list of its fields, from which every file format of it follows:
+// Each value type has one list of its fields. All file formats of the type follow from the list:
 //
 //   template <class V>
 //   void Fields(V& visit, Like<Coverage> auto& coverage) {
@@ -24,11 +24,11 @@ namespace truetriad {
 // A visitor offers
 //
 //   visit(key, field, style)
-//     states a field that is always present; a std::optional only if it is set.
+//     states a field; a std::optional that is unset is left out.
 //   visit.If(stated, key, field, style)
 //     states a field only if `stated`; a reader accepts that it is missing.
 //   visit.OrNull(key, optional, style)
-//     states null if the optional is unset.
+//     states the optional, or null if it is unset.
 //   visit.Group(key, style, fields)
 //     puts some of the fields into a map of their own: it calls fields(visit).
 //   visit.Named(stated, key, list)
@@ -36,14 +36,14 @@ namespace truetriad {
 //   visit.Comment(text)
 //     writes a comment for the reader of the file.
 //   visit.Check(key, wrong)
-//     calls wrong(), which says what is wrong with the value read: empty when it is valid.
+//     calls wrong(), which returns what is wrong with the value read, or an empty text.
 //
 //   visit.Skip(key)
 //     exists in readers only: it accepts a key whose value follows from other fields.
 //
-// The first three return whether the field was present. V::kReads: the visitor fills the fields.
+// visit, If and OrNull return whether the field was present. V::kReads: whether fields are read.
 
-/// T or const T: lists of fields serve both readers and writers.
+/// Thing is Of or const Of: the same list of fields serves readers and writers.
 template <typename Thing, typename Of>
 concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 
@@ -51,14 +51,14 @@ concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 enum class Style {
   kUsual,   ///< A map with a line per field; a list of maps with a line per map.
   kFlow,    ///< A map in one line.
-  kBlocks,  ///< A list with a line per item, whose maps have a line per field.
+  kBlocks,  ///< A list with a line per item; a map in it has a line per field.
 };
 
-/// Whether a list of T is written as rows: the fields of each without names, vectors flattened.
+/// Whether each T in a list is written as a row: its fields without names, its vectors flattened.
 template <typename T>
 inline constexpr bool kIsRow = false;
 
-/// For a field that is always written but that older files may lack: visit.If(kNewer, …).
+/// The condition of a field that is always written but missing in older files: visit.If(kNewer, …).
 inline constexpr bool kNewer = true;
 
 /// A text that is one word and needs no quotes.
@@ -78,7 +78,7 @@ Word(T&) -> Word<T>;
 template <typename T>
 AxisLetterOf(T&) -> AxisLetterOf<T>;
 
-/// Some fields as a map of their own, which visit.If may leave out: list(visit) states them.
+/// Some fields as a map of their own, for use with visit.If; list(visit) states these fields.
 template <typename List>
 struct Part {
   List list;
@@ -107,7 +107,7 @@ inline constexpr bool kIsPerTriad = false;
 template <typename T>
 inline constexpr bool kIsPerTriad<PerTriad<T>> = true;
 
-/// One entry per sensor, whose key is the sensor's name.
+/// One entry per sensor; its key is the sensor's name.
 template <class V, typename Values>
 requires kIsPerTriad<std::remove_const_t<Values>>
 void Fields(V& visit, Values& values) {
@@ -121,7 +121,7 @@ void Fields(V& visit, Like<InputFile> auto& input) {
   visit("samples", input.samples);
 }
 
-/// Whether T is a map, with a list of fields.
+/// Whether T has a list of fields.
 class AnyVisitor;
 template <typename T>
 concept HasFields = requires(AnyVisitor& visit, T& thing) {

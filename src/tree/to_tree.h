@@ -77,7 +77,7 @@ class TreeWriter {
   Json tree_;
 };
 
-/// A value as JSON, with the names, the values and the order of fields that YAML has.
+/// A value as JSON. Names, values and order of the fields are those of the YAML file.
 template <typename T>
 Json ToTree(const T& value) {
   if constexpr (HasFields<T>) {

@@ -15,16 +15,16 @@
 namespace truetriad {
 namespace {
 
-// Tilts beyond the stated ones are a warning below this level, and a note above it.
+// If p is below this level, tilts beyond the stated ones are a warning, else a note.
 constexpr double kShownLevel = 1e-4;
-// With p below this level a larger tilt is used, so for one good fixture in twenty.
+// If p is below this level, the larger tilt is used: this happens to one good fixture in twenty.
 constexpr double kTakenLevel = 0.05;
-// A tilt is tested if readings reduce its prior variance by at least this share.
+// A combination of tilts is tested if readings reduce its prior variance by at least this share.
 constexpr double kToldShare = 0.01;
 // Probability that the larger tilt is still too small.
 constexpr double kTooSmallByChance = 0.1;
 
-// Covariance of faces' tilts. `rows`: those of the tilts in the basis.
+// Covariance of the tilts whose rows of the basis are `rows`.
 template <typename Rows>
 Eigen::MatrixXd CovarianceOf(const Rows& rows, const ReducedSystem& system) {
   return rows * system.covariance() * rows.transpose();

@@ -12,24 +12,24 @@
 
 namespace truetriad {
 
-// Test of the tilts of a block's faces, as the lengths of readings determine them, against their
-// stated σ: with prior covariance s^2 I and covariance P of the estimate t,
+// Test whether the tilts of a block's faces agree with their stated σ; the lengths of readings
+// determine them. With the prior covariance s^2 I and the covariance P of the estimate t,
 // t^T (s^2 I - P)^+ t ~ chi^2.
 struct TiltsSeen {
   double p_value = 1.0;
-  // A safe upper value of σ: if it were true, χ² would be as small as it is in one case of ten. Few
-  // lengths determine it, and FaceCurvatures is quadratic in it.
+  // An upper limit of σ: if the true σ were this large, χ² would be as small as it is in one case
+  // of ten. The limit is wide, since few lengths determine σ and FaceCurvatures is quadratic in σ.
   double sigma_deg = 0.0;
 };
 
-// The tilts if they are significantly larger than stated. Unset without faces, if readings do not
-// determine their tilts, and if `options` are already WithTilts: what remains is chance.
+// The tilts if they are significantly larger than stated. Unset if there are no faces, if readings
+// do not determine the tilts, or if `options` come from WithTilts: a second excess is chance.
 std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph, const CalibrateOptions& options);
 
-// `options` with the found tilts.
+// `options` with the σ of the found tilts in place of the stated one.
 CalibrateOptions WithTilts(const TiltsSeen& tilts, CalibrateOptions options);
 
-// The finding about larger tilts. `options`: as stated, without them.
+// The finding that reports larger tilts. `options`: with the stated tilts.
 Finding FindingOf(const TiltsSeen& tilts, const CalibrateOptions& options);
 
 }  // namespace truetriad

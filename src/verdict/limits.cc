@@ -83,7 +83,7 @@ class SensorAt {
     return entries;
   }
 
-  // `order` 1: the covariance of the derivative by tau.
+  // Covariance of the entries (`order` 0), or of their derivatives by tau (1).
   EntriesCovariance CovarianceAt(double tau, int order = 0) const {
     EntriesCovariance at = EntriesCovariance::Zero();
     if (places_.empty() && order == 0) {
@@ -129,7 +129,7 @@ JudgedValue Judged(std::string component,
   for (int i = 0; i < entries.size(); ++i) {
     if (!(covariance(i, i) > 0.0)) continue;
     Entries up = entries, down = entries;
-    // A step of the entry's σ, far above rounding.
+    // A step of one σ of the entry is far above rounding.
     const double step = std::max(std::sqrt(covariance(i, i)), 1e-9 * std::abs(entries[i]));
     up[i] += step, down[i] -= step;
     gradient[i] = (number(up) - number(down)) / (2.0 * step);
@@ -146,8 +146,8 @@ double OverRightAngle(const Eigen::Matrix3d& sensitivity, int i, int j) {
   return -std::asin(std::clamp(cosine, -1.0, 1.0));
 }
 
-// The components of a quantity of a sensor's matrix and bias, as functions of its entries. Gains
-// and misalignments are by sensing axis, whatever body axis it is mounted along.
+// The components of a quantity, as functions of a sensor's entries. Gains and misalignments are
+// named by sensing axes, whatever body axes these point along.
 std::vector<std::pair<std::string, OfEntries>> NumbersOf(const std::string_view quantity,
                                                          const Eigen::Matrix3d& axis_map,
                                                          double truth_per_raw) {
@@ -197,7 +197,7 @@ std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
     const Entries entries = sensor.At(tau);
     for (const auto& [component, number] : numbers) {
       if (limit.IsSlope()) {
-        // For a cubic over 100 degC the error is (0.01 / 100)^2 = 1e-8 of the slope.
+        // The error for a cubic over 100 degC is (0.01 / 100)^2 = 1e-8 of its slope.
         constexpr double kStepDegc = 0.01;
         const double slope =
             (number(sensor.At(tau + kStepDegc)) - number(sensor.At(tau - kStepDegc))) /
@@ -266,8 +266,8 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
   double truth_per_raw = 1.0;
   if (parsed.GoesWithField() && calibration.reference.field_nominal) {
     return fail(
-        "the field strength is unknown, so the magnetometer's gains have no common scale, nor has "
-        "its bias in µT; state `reference: { field: { strength_ut: … } }`");
+        "the field strength is unknown, and with it the common scale of the magnetometer's gains "
+        "and its bias in µT; state `reference: { field: { strength_ut: … } }`");
   }
   if (quantity.starts_with("scale")) {
     const StreamSummary* stream = poses.Find(triad);
@@ -285,7 +285,7 @@ Result<std::vector<JudgedValue>> ValuesOf(const Calibration& calibration,
                         truth_per_raw);
 }
 
-// Distance to the nearer limit minus k σ; negative beyond it.
+// Distance of the value to the nearer limit minus k σ; negative if its guard band exceeds a limit.
 double Room(const JudgedValue& judged, const Limit& limit, double k) {
   return std::min(limit.upper - judged.value, judged.value - limit.lower) - k * judged.sigma;
 }
@@ -337,7 +337,7 @@ Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
     check.limit = limit;
     check.worst = worst->value;
     check.sigma = worst->sigma;
-    // 1 - (1 - p) would round small probabilities.
+    // For small probabilities the sum avoids the rounding of 1 - (1 - p).
     double inside = 1.0, sum = 0.0;
     for (const auto& [name_of, own] : components) {
       const double chance = std::min(own.outside, 1.0);

@@ -10,9 +10,10 @@
 
 namespace truetriad {
 
-// Judges each of `limits` by its worst value: the one that with k σ is nearest to the limit or
-// furthest beyond it, with temperature terms over all temperatures of the calibration. Error
-// (usage): a limit on a quantity that this calibration lacks.
+// Judges each of `limits` by its worst value: that whose guard band of k σ is nearest to the limit
+// or furthest beyond it. If there are temperature terms, the values over the calibrated temperature
+// range are judged. Error (usage): this calibration lacks a limited quantity, and the limit is not
+// `if_present`.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
                                             const PoseSet& poses,
                                             const LimitOptions& limits);

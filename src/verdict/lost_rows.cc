@@ -10,17 +10,17 @@
 namespace truetriad {
 namespace {
 
-// Steps below this many σ of two readings are skipped, since noise dominates them.
+// Steps shorter than this many σ of a difference of readings are skipped: noise dominates them.
 constexpr double kLeastSigmas = 0.2;
 // Variance of k^3 of a noiseless step, since the rate varies within it.
 constexpr double kLeastVariance = 0.01;
 // Number of σ that normal noise exceeds in one of 3.5 million runs.
 constexpr double kSureSigmas = 5.0;
-// Steps on each side whose mean is subtracted from a step.
+// The mean of this many neighbouring steps on each side is subtracted from a step.
 constexpr std::size_t kBeside = 4;
-// Largest variance factor of a step minus the mean of those beside it, which are at least four.
+// Largest variance of a step minus the mean of at least four neighbours, over the step's variance.
 constexpr double kWithBeside = 1.25;
-// Largest k, that of a step over two consecutive lost rows.
+// Largest k by lost rows: that of a step across two consecutive lost rows.
 constexpr double kMostBeyond = 2.0;
 // k is limited to kMostBeyond plus this many σ of its noise, so that outliers do not dominate.
 constexpr double kFarNoise = 4.0;
@@ -28,12 +28,13 @@ constexpr double kFarNoise = 4.0;
 constexpr std::size_t kFewestSteps = 50;
 // Longest period that is tested: rarer lost rows are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;
-// Number of σ for a phase of a period: 300 are tested; normal noise exceeds it in 1e-8 of runs.
+// Number of σ by which a phase of a period must stand out. 300 phases are tested; normal noise
+// exceeds it in 1e-8 of runs.
 constexpr double kSurePhaseSigmas = 6.5;
-// Range of the mean of k at the lost rows of a period: a whole step, minus at most the part that
-// the fitted gain absorbs. Moves that begin at regular times, and hum, have other values.
+// Range of the mean of k at the steps across lost rows minus that of all other steps: a whole step,
+// less the part that the fitted gain absorbs. Moves at regular times, and hum, have other values.
 constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
-// With a larger share of equal readings among a turning body's steps, readings are repetitions.
+// If more than this share of a turning body's steps have equal readings, readings are repeated.
 constexpr double kRepeatedShare = 0.05;
 
 }  // namespace

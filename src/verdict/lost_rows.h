@@ -17,12 +17,13 @@ struct ShareOfRows {
   double chance = 1.0;  // probability of such a share if no rows are lost
 };
 
-// Counts rows that were lost from a log whose times were made regular afterwards. From one row to
-// the next the field v in the body turns by the gyroscope's rate, v' = v x w dt; across a missing
-// row it turns by twice that. With k the turn beyond that of the neighbouring steps, as a share of
-// its predicted value, the mean of k^3, |k| <= 2, is the share of missing rows: noise has either
-// sign alike, and errors of gains, delays and the hand's motion change little from step to step. If
-// every n-th row is missing, n <= 25, the mean of k over every (n-1)-th step is significant.
+// Estimates how many rows were lost from a log whose times were made regular afterwards. From one
+// row to the next the field v in the body turns by the gyroscope's rate w, v' = v x w dt; across a
+// missing row it turns by twice that. k is the excess of a step's turn over the predicted one, as a
+// share of the latter, minus the mean of this share over neighbouring steps. The mean of k^3, |k|
+// <= 2, is the share of missing rows: noise has both signs equally often, and errors of gains,
+// delays and the hand's motion change little from step to step. If every n-th row is missing, n <=
+// 25, the mean of k over every (n-1)-th step is significant.
 class LostRowCounter {
  public:
   // `sigma`: of one reading of the vector sensor, as a share of its field.
@@ -31,7 +32,7 @@ class LostRowCounter {
                  double sigma)
       : gyroscope_(gyroscope), vector_(vector), sigma_(sigma) {}
 
-  // Adds readings of both sensors at the same times, in their order.
+  // Adds readings of both sensors at the same times, in the order of time.
   void Add(std::span<const std::int64_t> time_ns,
            std::span<const Eigen::Vector3d> gyroscope_raw,
            std::span<const Eigen::Vector3d> vector_raw);
@@ -43,7 +44,7 @@ class LostRowCounter {
 
  private:
   struct Step {
-    double more = 0.0;   // turn beyond the gyroscope's, as a share of that
+    double more = 0.0;   // excess over the gyroscope's turn, as a share of it
     double noise = 0.0;  // σ of `more`
     bool is_told = false;
   };
@@ -55,10 +56,11 @@ class LostRowCounter {
   struct Told {
     std::int64_t row = 0;   // index by its time
     double beyond = 0.0;    // k
-    double variance = 0.0;  // of the noise of k, with that of its neighbours
+    double variance = 0.0;  // of k by noise, its neighbours' included
   };
-  // False for too few steps, and for a sensor that is read less often than rows are written: its
-  // last reading is repeated, so that it seems to turn by nothing and then by several steps.
+  // False if there are too few steps, or if the vector sensor is read less often than rows are
+  // written: its last reading is then repeated, and it seems to turn by nothing, then by several
+  // steps.
   bool CanTell() const;
 
   std::vector<Told> told_;

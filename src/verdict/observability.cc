@@ -26,7 +26,7 @@ namespace {
 // Most parameters that a message names: chosen to keep it readable.
 constexpr int kMostNamed = 4;
 constexpr std::size_t kMostDirections = 6;  // most directions that a report names
-// Smaller eigenvalues of the scaled information, as a share of the largest, are rounding errors.
+// An eigenvalue of the scaled information below this share of the largest one is rounding.
 constexpr double kUndetermined = 1e-14;
 // Temperatures within this share of half their range are one setting of a chamber.
 constexpr double kSameTemperature = 0.05;
@@ -163,11 +163,11 @@ std::string TemperatureAdvice(const PoseGraph& graph, const ParameterName& name)
   }
   const std::size_t count = DistinctTemperatures(graph).size();
   return "take poses at more temperatures (" + std::to_string(count) +
-         (count == 1 ? " was" : " were") + " seen), or lower the order";
+         (count == 1 ? " was" : " were") + " seen), or lower the order of the terms";
 }
 
-// σ of the wanted parameters, that is without the tilts of a block, in typical units: roots of the
-// eigenvalues of their covariance, ascending, infinite if undetermined.
+// The wanted parameters are all but the tilts of a block. `sigmas`: the roots of the eigenvalues of
+// their covariance in typical units, ascending; infinite for an undetermined direction.
 struct Marginal {
   Eigen::VectorXd sigmas;
   Eigen::MatrixXd directions;  // in scaled free coordinates, unit columns
@@ -187,12 +187,12 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   Marginal marginal;
   if (count == 0) return marginal;
   Eigen::MatrixXd covariance(count, count);
-  double most = std::numeric_limits<double>::infinity();  // variances above it are rounding errors
+  double most = std::numeric_limits<double>::infinity();  // a larger variance is due to rounding
   if (system.is_regular()) {
     covariance =
         ScaledBothSides(system.scale()(wanted).cwiseInverse(), system.covariance()(wanted, wanted));
   } else {
-    // An undetermined direction gets the largest variance that exceeds rounding.
+    // An undetermined direction gets the largest variance that is not due to rounding.
     const auto [values, vectors] = system.FindSpectrum();
     const double least = kUndetermined * std::max(values.maxCoeff(), 1e-300);
     const Eigen::VectorXd variances = values.cwiseMax(least).cwiseInverse();
@@ -215,10 +215,10 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
   return marginal;
 }
 
-// The axis whose asymmetry dominates a direction of parameter space: turns of one sense only do not
-// separate it from the gain. -1: none.
+// The axis whose asymmetry dominates a direction of parameter space, or -1. If all turns have one
+// sense, they do not separate the asymmetry from the gain.
 int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
-  constexpr double kShare = 0.5;  // of the largest loading: it dominates the direction
+  constexpr double kShare = 0.5;  // least share of the largest loading, to dominate
   int axis = -1;
   double largest = kShare * loading.cwiseAbs().maxCoeff();
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -231,7 +231,7 @@ int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd&
   return axis;
 }
 
-// The information, σ^-2, that each candidate adds to a direction of the free coordinates.
+// The information (1 / σ^2) on the direction `free` that each candidate adds.
 std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& free) {
   std::vector<double> gains;
   for (std::size_t c = 0; c < added.factors().size(); ++c) {
@@ -242,7 +242,8 @@ std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& f
   return gains;
 }
 
-// What to record so that a direction's σ becomes `wanted` or less.
+// What to record to reduce a direction's σ. With temperature terms, if no candidate alone makes σ
+// `wanted` or less, the advice is on temperatures.
 std::string AdviceFor(const PoseGraph& graph,
                       const std::vector<std::string>& names,
                       const Eigen::VectorXd& loading,
@@ -267,7 +268,7 @@ std::string AdviceFor(const PoseGraph& graph,
                           (best.node.kind == PoseKind::kDirection &&
                            best.node.observations.front().triad == Triad::kMagnetometer);
   const std::string how = field_only ? " along the field" : " up";
-  // The opposite pose is added if it helps about as much.
+  // The opposite pose is advised, too, if it adds at least 30 % as much information.
   double opposite = 0.0;
   for (std::size_t c = 0; c < candidates.size(); ++c) {
     if ((candidates[c].up + best.up).norm() < 1e-6) opposite = std::max(opposite, gains[c]);
@@ -299,7 +300,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
   const Eigen::VectorXd typical = TypicalSizes(graph.layout, graph.shared);
   const bool alone =
       !graph.layout.Has(Triad::kAccelerometer) && !graph.layout.Has(Triad::kMagnetometer);
-  // Information of all candidate poses.
+  // A graph of the candidate poses alone, for the information that they add.
   PoseGraph extended = graph;
   const std::vector<CandidatePose> candidates = CandidatePoses(graph);
   extended.nodes.clear();
@@ -331,7 +332,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
     if (on_block) {
       weak.advice =
           "this σ follows from tilt_sigma_deg: level the block better, or add free poses without "
-          "it";
+          "the block";
       if (said.insert(weak.description).second) result.weak_directions.push_back(weak);
       continue;
     }

@@ -12,19 +12,19 @@
 
 namespace truetriad {
 
-// The directions of parameter space that the poses do not determine, in words.
+// The directions of parameter space that the poses determine badly or not at all, in words.
 struct Observability {
   bool determined = true;                      // every direction has a σ below the limit
   std::vector<WeakDirection> weak_directions;  // worst first; some may be weak though determined
 };
 
-// Examines every eigen-direction of the reduced information in typical units (a bias as large as
-// the signal, a gain of 100 %). A direction whose σ exceeds `limit` is undetermined; one with an
-// outstanding σ (a quarter of the limit, or 10 times the median and 1 % of the signal) is reported
-// as weak. The advice is the pose, of a grid of attitudes, whose addition reduces the direction's
-// variance most.
+// Examines the eigen-directions of the wanted parameters' covariance in typical units (a bias as
+// large as the signal, a gain of 100 %). If σ along a direction exceeds `limit`, the direction is
+// undetermined. If σ exceeds a quarter of the limit, or both 1 % and 10 times the median σ, the
+// direction is reported as weak. The usual advice is the pose, of a grid of attitudes, that reduces
+// the variance along the direction most.
 //
-// `how_to_add`: how to record more attitudes; advice begins with it.
+// `how_to_add`: how to record more attitudes; such advice begins with these words.
 Observability AnalyseObservability(const PoseGraph& graph,
                                    const SharedInformation& system,
                                    double limit,

@@ -15,10 +15,11 @@ namespace {
 // Rounding error of a product of rotations.
 constexpr double kRounding = 1e-12;
 
-// Index of entry `entry`, counted by rows, in a matrix stored by columns.
+// The place of an entry in a matrix stored by columns; `entry` is its place by rows.
 int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
-// A 3x3 matrix of the solution; its entry (row, col) has index first + 3 row + col in the list.
+// A 3x3 matrix of the solution; its entry (row, col) is at first + 3 row + col of the covariance,
+// or not in it if first < 0.
 struct ListedMatrix {
   Eigen::Matrix3d* matrix;
   int first;
@@ -169,7 +170,7 @@ PresentedSolution SolutionOf(const Calibration& calibration) {
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution) {
   const Eigen::Matrix3d lead = solution->models[leading]->sensitivity;
   const Eigen::Matrix3d Q = GaugeRotation(gauge, lead, axis_sign);
-  // In the list's order of entries; GaugeRotationJacobian has vec(dS_lead) by columns.
+  // Its columns are the entries of S_lead by columns; the covariance has these entries by rows.
   const Eigen::Matrix<double, 3, 9> turn = GaugeRotationJacobian(gauge, lead, Q);
   solution->rotation = solution->rotation * Q;
 
@@ -177,8 +178,8 @@ void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolutio
   const Eigen::Index size = covariance.matrix.rows();
   Eigen::MatrixXd map = Eigen::MatrixXd::Identity(size, size);
   const int lead_at = PlaceOf(covariance, {leading, ParameterKind::kSensitivity, 0, 0, 0});
-  // The leading matrix is triangular up to rounding: its temperature terms are exactly so, and must
-  // not be rotated by rounding errors.
+  // Whether the leading matrix is triangular already, up to rounding: its temperature terms are
+  // then exactly triangular, and Q, which is only rounding, must not rotate them.
   const bool in_gauge =
       gauge == Gauge::kAccelX && (Q - Eigen::Matrix3d::Identity()).norm() < kRounding;
   for (const Triad triad : kTriads) {

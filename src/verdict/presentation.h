@@ -9,9 +9,9 @@
 
 namespace truetriad {
 
-// A solution in one body frame: models, and the covariance of all their entries by name (a sensor's
-// twelve entries are adjacent: bias x y z, then the rows of the sensitivity; then its temperature
-// terms in tau, in the same order; its higher terms; its g-sensitivity by rows).
+// A solution in one body frame: models, and the covariance of all their entries by name. The
+// entries of a sensor are adjacent: bias x y z, the rows of the sensitivity, temperature terms in
+// tau (bias, then sensitivity), higher terms; the g-sensitivity by rows follows all sensors.
 struct PresentedSolution {
   PerTriad<std::optional<TriadModel<double>>> models;  // at the reference temperature
   PerTriad<std::optional<ThermalTerms>> thermal;
@@ -19,30 +19,31 @@ struct PresentedSolution {
   PerTriad<std::vector<Eigen::Vector3d>> session_bias;
   std::optional<Eigen::Matrix3d> g_sensitivity;  // of the gyroscope
   NamedCovariance covariance;                    // singular if entries are fixed or tied
-  // Derivative of the listed entries by the graph's free coordinates; empty for a stored solution.
+  // Derivative of the entries by the graph's free coordinates; empty for a stored calibration.
   Eigen::MatrixXd from_free;
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();  // this frame = solved frame * rotation
 
   TriadModel<double> ModelAt(Triad triad, const PoseNode& node) const;
 };
 
-// The graph's solution in the frame of the solver, with the estimated reference entries.
+// The graph's solution in the solver's frame; its covariance also has the free reference values.
 PresentedSolution SolvedFrame(const PoseGraph& graph, const Eigen::MatrixXd& free_covariance);
 
 // A stored calibration as a solution.
 PresentedSolution SolutionOf(const Calibration& calibration);
 
-// Index of an entry in the covariance's list, or -1.
+// Index of the entry `name` in covariance.parameters; -1 if it is not among them.
 int PlaceOf(const NamedCovariance& covariance, const ParameterName& name);
 
-// Transforms into `gauge`: S_s' = S_s Q(S_lead), G' = G Q, biases, higher terms and reference
-// unchanged. Temperature terms use Q of the reference temperature, too. The covariance is
-// transformed by the full derivative of this map, dQ/dS_lead included, for all triads and their
-// cross terms. Entries that the gauge fixes or ties are exact. docs/method.md, "Gauge".
+// Transforms into `gauge`: S_s' = S_s Q(S_lead) for each sensor s, G' = G Q. Biases, higher terms
+// and reference do not change. The sensitivities' temperature terms are rotated by the same Q, that
+// of the reference temperature. The covariance of all sensors is transformed by the full derivative
+// of this map, dQ/dS_lead included. Entries that the gauge fixes are exactly zero, entries that it
+// ties are exactly equal. docs/method.md, "Gauge".
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution);
 
-// Transforms into the gauge of `options`, which gives the leading sensitivity its form by sensing
-// axes: S_lead transpose(M), with the leading triad's mounting M.
+// Transforms into the gauge of `options`. The matrix that gets the gauge's form is S_lead
+// transpose(M), with the leading triad's mounting M: its columns are sensing axes, not body axes.
 void StateInGauge(const CalibrateOptions& options, PresentedSolution* solution);
 
 }  // namespace truetriad

@@ -19,7 +19,7 @@ namespace truetriad {
 
 namespace {
 
-// Residual of one observation, true unit, along the axes of the solution.
+// Residual of one observation, true unit, in the body frame of the solution.
 PoseResidual ResidualOf(const PoseGraph& graph,
                         const PresentedSolution& solution,
                         const PoseSet& poses,
@@ -106,8 +106,8 @@ void FillPoseQuality(const PoseGraph& graph,
 
 namespace {
 
-// The information without every n-th pose, one for each of the first n poses to begin with: for
-// independent poses, the total minus the information of those left out.
+// The information without each fold; a fold is every n-th pose, from one of the first n on. For
+// independent poses: the total minus the information of the fold.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
@@ -125,7 +125,7 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   }
   std::vector<SharedInformation> left;
   for (std::size_t fold = 0; fold < count; ++fold) {
-    // The gradient at the solution after the last step.
+    // The gradient at the system's solution, which is one more step away.
     left.emplace_back(graph.layout,
                       graph.shared,
                       system.information() - information[fold],
@@ -134,8 +134,8 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   return left;
 }
 
-// The information without every n-th pose if turns couple poses: a pose that is left out stays,
-// with readings of negligible weight, and no turn is integrated again.
+// The information without each fold, if turns link the poses: a pose that is left out stays in the
+// graph with readings of negligible weight, and no turn is integrated again.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
   std::vector<SharedInformation> left;
   for (int fold = 0; fold < folds; ++fold) {
@@ -178,7 +178,7 @@ std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
       for (const Observation& observation : graph.nodes[k].observations) {
         if (observation.rejected) continue;
         const Triad triad = observation.triad;
-        if (triad == Triad::kGyroscope) continue;  // its readings at rest have no norm
+        if (triad == Triad::kGyroscope) continue;  // at rest its readings have no length to predict
         const double error = NormError(part.ModelAt(triad, graph.nodes[k]),
                                        observation.mean_raw,
                                        WorldVector(triad, part.reference()).norm());

@@ -41,9 +41,10 @@ void FillPoseQuality(const PoseGraph& graph,
                      const PoseSet& poses,
                      Quality* quality);
 
-// Prediction error of poses that were not fitted: folds of every n-th pose, each left out by a
-// Gauss-Newton step from the solution, with weights and excess held; and of turns, one by one.
-// `system`: the graph at its solution. Unset if a fold would be undetermined.
+// Prediction errors of poses and turns that were not fitted. Poses are left out in groups of every
+// n-th one, n = `folds`, by a Gauss-Newton step from the solution, with weights and excess held;
+// turns are left out one by one. `system`: of the graph at its solution. Unset without a vector
+// sensor, with too few poses, or if the remaining poses do not determine the parameters.
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
                                      const ReducedSystem& system,
                                      const TurnErrors& turns,
@@ -54,13 +55,14 @@ struct HeldOutGroup {
   std::vector<std::size_t> nodes, increments;
 };
 
-// Every n-th pose, then every n-th turn, for n folds. Empty if there are too few.
+// Groups of every n-th pose, n = `folds`; after them, if there are enough turns, groups of every
+// n-th turn. Empty if there are too few poses.
 std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds);
 
-// RMS of held-out residuals in units of their noise: each group is left out in turn and compared
-// with the prediction by the remaining graph, with weights and noise held. A pose without turns to
+// RMS of held-out residuals in units of their noise. Each group alone is left out and compared with
+// its prediction by the remaining graph, with weights and noise held. A pose that no turn links to
 // others gets its optimal attitude, so that only the parameters are tested. Unset without groups,
-// or if a remaining graph would be undetermined.
+// or if a remaining graph does not determine the parameters.
 std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
 }  // namespace truetriad

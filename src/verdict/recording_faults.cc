@@ -24,14 +24,14 @@ namespace {
 
 // Significance level of turns that extend into the rests.
 constexpr double kLevel = 1e-4;
-// Level of lost rows, a tenth of kLevel: a hand's accelerations are no white noise in steps.
+// Level of rows lost at random, a tenth of kLevel: a hand's accelerations are not white noise.
 constexpr double kLevelOfSteps = 1e-5;
-// Least shift by rounding that is reported, in σ of a parameter, which it widens by 12 %.
+// Least shift by rounding that is reported, in σ of a parameter; it widens that σ by 12 %.
 constexpr double kRoundingSigmas = 0.5;
 
-// Fewer turns do not determine their mean's scatter.
+// Fewer turns do not determine the scatter of their mean.
 constexpr double kFewestTurns = 8.0;
-// A recording with more turns is a table or a motion.
+// A graph with more poses is of a table or a motion, which have no turns between long rests.
 constexpr std::size_t kMostTurns = 1000;
 
 // Adds to `counter` the intervals in which both sensors have readings at the same times.
@@ -55,7 +55,7 @@ void AddTogether(const ReadingTrack& rates, const ReadingTrack& fields, LostRowC
   }
 }
 
-// Lost rows by the readings of one vector sensor.
+// Compares the gyroscope with one vector sensor; unset if one of them is missing.
 std::optional<LostRowCounter> LostRows(const PoseSet& poses,
                                        const PoseGraph& graph,
                                        const Eigen::Vector3d& sigma_raw,
@@ -98,7 +98,7 @@ class RecordingSearch {
   double InSigmas(const Eigen::VectorXd& moved) const {
     return LargestInSigmas(graph_.layout, system_.covariance(), moved);
   }
-  // Widens the covariance by a fault that changes the free coordinates by `moved`.
+  // Reports a fault that changes the free coordinates by `moved`, and widens the covariance.
   void Widen(const Eigen::VectorXd& moved,
              Triad triad,
              const std::string& words,
@@ -129,8 +129,8 @@ void RecordingSearch::Widen(const Eigen::VectorXd& moved,
   faults_.findings.push_back(std::move(finding));
 }
 
-// A gyroscope at rest with noise below a converter step has equal readings in every rest, so that
-// the mean of all rests has an error of up to a step.
+// If a gyroscope's noise at rest is below a converter step, its readings are equal in every rest,
+// and the mean of all rests has an error of up to a step.
 void RecordingSearch::FindRounding() {
   const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
   const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
@@ -176,7 +176,7 @@ void RecordingSearch::FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw) {
   }
   if (share == 0.0 && looked * steps.chance < kLevelOfSteps) share = steps.share;
   if (!(share > 0.0) || !Acts(Mechanism::kLostRows)) return;
-  // The gyroscope turns by more than the sum of its readings.
+  // The unit turned by more than the readings show, so that the estimated gains are too small.
   const Eigen::Matrix3d shift = share / (1.0 - share) * graph_.sensitivity(Triad::kGyroscope);
   Widen(MovedBy(graph_.layout.sensitivity[Triad::kGyroscope], shift.reshaped()),
         Triad::kGyroscope,
@@ -222,7 +222,7 @@ void RecordingSearch::FindUnsettledTurns() {
   const bool is_shown = p_value < kLevel && Acts(Mechanism::kSettlingTurns);
   faults_.tests.push_back({Triad::kGyroscope, "settling", p_value, is_shown, std::nullopt});
   if (!is_shown) return;
-  // E mean^2 = mean^2 + its variance.
+  // The expected square of the true mean is mean^2 plus its variance.
   Widen(std::hypot(mean, std::sqrt(scatter)) * (system_.covariance() * by),
         Triad::kGyroscope,
         "measures all turns too short by about the same angle",

@@ -14,7 +14,7 @@
 
 namespace truetriad {
 
-// Faults of single readings, which residuals of their means do not show.
+// Faults of single readings, which the residuals of a rest's mean do not show.
 struct RecordingFaults {
   Findings findings;
   std::vector<LeftOutTest> tests;
@@ -25,12 +25,12 @@ struct RecordingFaults {
 //
 //   readings with errors of one sign (StreamSummary);
 //   a gyroscope that rests on one converter step, so that its bias is known to a step only;
-//   lost rows (lost_rows.h); also every n-th one, which does not make turns scatter;
-//   turns that extend into the rests: the gyroscope's mean in the first quarter of a rest, minus
-//     that of its middle half, about the axis of the turn before, and in the last quarter about
-//     that of the next. All turns are too short by the mean of these angles, whatever their size.
+//   lost rows (lost_rows.h), also if every n-th row is lost, which does not make turns scatter;
+//   turns that extend into the rests. The gyroscope's mean in the last quarter of the rest before a
+//     turn, and in the first quarter of the rest after it, is compared with the middle half of the
+//     rest, about the turn's axis. All turns are too short by the mean of these angles' sums.
 //
-// Each fault changes the solution by some m and adds m m^T to its covariance. `sigma_raw`: of one
+// A fault that changes the solution by m adds m m^T to its covariance. `sigma_raw`: of one
 // reading.
 RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PerTriad<Eigen::Vector3d>& sigma_raw,

@@ -14,8 +14,8 @@
 namespace truetriad {
 namespace {
 
-// Weights of the old coefficients, from c_0 on, in the new one of `power` about a temperature that
-// is higher by `shift`.
+// Weights of the old coefficients c_0, c_1, … in the new coefficient of `power`, if the reference
+// temperature rises by `shift`.
 std::vector<double> ShiftWeights(std::size_t power, std::size_t size, double shift) {
   // Weight of c_i in the new c_power.
   std::vector<double> weights(size, 0.0);
@@ -39,7 +39,8 @@ void ShiftPowers(double shift, T* constant, std::vector<T>* powers) {
   }
 }
 
-// Adds to `jacobian`, the identity, the derivatives of one sensor's new terms by the old ones.
+// Adds to `jacobian`, which is an identity at first, the derivatives of one sensor's new terms by
+// its old ones.
 void AddShift(const Calibration& calibration,
               Triad triad,
               double shift,
@@ -93,7 +94,8 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
     ThermalTerms& thermal = *sensor->thermal;
     const double shift = reference_degc - thermal.reference_degc;
     AddShift(*calibration, triad, shift, &jacobian);
-    // The pieces of knots change by a constant only.
+    // The sum of the knots is zero at the reference: it changes by a constant, which the bias
+    // takes.
     const Eigen::Vector3d bias =
         ModelAtTemperature(sensor->model, thermal, reference_degc, 0.0).bias;
     ShiftPowers(shift, &sensor->model.bias, &thermal.bias);

@@ -5,13 +5,13 @@
 
 namespace truetriad {
 
-// Transforms bias, sensitivity and temperature terms to another reference temperature: the same
-// model with its covariance. With t = tau - d, d the shift,
+// Restates the same model and its covariance for another reference temperature: bias, sensitivity
+// and temperature terms change. If the reference rises by d, t = tau - d, and
 //
 //   sum_i c_i tau^i = sum_k t^k sum_{i >= k} (i over k) d^(i - k) c_i
 //   d' T' + f tau T' = (d' + f d) T' + f t T'
 //
-// Returns false, with no change, if a sensor's cross rate term lacks the linear one.
+// If a sensor has the cross rate term without the linear one, returns false and changes nothing.
 bool StateAbout(double reference_degc, Calibration* calibration);
 
 }  // namespace truetriad

@@ -67,7 +67,7 @@ void StateReference(const CalibrateOptions& options,
   const ReferenceVector reference = graph.reference();
   stated->gravity_mps2 = reference[kGravity];
   if (options.attitudes.unknown_fixture_rotation) {
-    // World vectors: v_fixture = R_level^T Exp(-tilt) Rz(heading) v_world.
+    // The rotation of world vectors: v_fixture = R_level^T Exp(-tilt) Rz(heading) v_world.
     const Eigen::Vector3d tilt(reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0);
     const Eigen::Quaterniond q = graph.level_from_fixture.conjugate() * RotationExp(-tilt) *
                                  RotationExp({0.0, 0.0, reference[kHeading]});
@@ -80,7 +80,7 @@ void StateReference(const CalibrateOptions& options,
   stated->field_ut = reference[kField];
   stated->field_nominal = !wanted.field_ut.known() && !field_free;
   stated->field_estimated = field_free || dip_free;
-  // If turns are compared with the field, the graph's dip is a convention.
+  // A dip that is neither free nor known is not stated: it is a convention of the graph.
   if (dip_free) {
     stated->dip_rad = reference[kDip];
   } else if (wanted.dip_rad.known()) {

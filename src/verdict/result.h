@@ -15,12 +15,13 @@ namespace truetriad {
 // A sensor of which only the units are set.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses);
 
-// States gravity and field as they were used or estimated.
+// States gravity, field, dip and fixture rotation as they were used or estimated.
 void StateReference(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     ReferenceValues* stated);
 
-// Body axes along which the sensing axes point: as stated, else as nearest to the sensitivity.
+// Body axes along which the sensing axes point: the stated mounting, or if none is stated, the axis
+// map that is nearest to the sensitivity.
 Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
                            Triad triad,
                            const Eigen::Matrix3d& sensitivity);

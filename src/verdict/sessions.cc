@@ -13,8 +13,9 @@
 namespace truetriad {
 namespace {
 
-// The biases of the sessions with readings of a triad, axis by axis: that of session k and axis i
-// is in row k of value.col(i), its derivative by the free coordinates in row k of by_free[i].
+// The biases of those sessions that have readings of a triad. `value` has a row for each such
+// session and a column for each axis. Row k of by_free[i] is the derivative of value(k, i) by the
+// free coordinates.
 struct SessionBiases {
   std::vector<int> sessions;
   Eigen::MatrixX3d value;
@@ -57,7 +58,7 @@ void AddScatter(const Eigen::VectorXd& values,
   const double known = (covariance.trace() - covariance.sum() / count) / dof;
   const double variance = std::max(seen - known, 0.0);
   scatter->value_raw[axis] = std::sqrt(variance);
-  // σ of the root of a mean of `dof` squares.
+  // σ of `value_raw`, which is the root of a mean of `dof` squares.
   scatter->sigma_raw[axis] = std::sqrt(std::max(seen, known) / (2.0 * dof));
   const double of_mean = covariance.sum() / (count * count);
   scatter->next_session_raw[axis] = std::sqrt(variance * (1.0 + 1.0 / count) + of_mean);
@@ -121,8 +122,8 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved) {
             FindingCode::kSessions,
             std::string(TriadName(scatter.triad)) + ": each of " +
                 std::to_string(scatter.sessions) +
-                " sessions has a bias of its own, and the reported one is their mean, with the σ "
-                "of that mean; after the next switch-on the bias differs from it by " +
+                " sessions has its own bias; the reported bias is their mean, and its σ is that of "
+                "the mean; after the next switch-on the bias differs from this mean by " +
                 Format("%.2g ", most) + unit + " (1 σ, worst axis)")
             .About(scatter.triad)
             .With("sessions", scatter.sessions)

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// States each session's bias, if sessions have their own, and their scatter. `free_covariance`: of
-// the graph's free coordinates.
+// If sessions have biases of their own, states in `quality` each session's bias and the scatter
+// from session to session. `free_covariance`: of the graph's free coordinates.
 void StateSessions(const PoseSet& poses,
                    const PoseGraph& graph,
                    const Eigen::MatrixXd& free_covariance,

@@ -15,8 +15,8 @@ namespace {
 
 constexpr Triad kGyroscope = Triad::kGyroscope;
 
-// Gravity, or the field without an accelerometer, as measured at a pose, in body axes; unset if it
-// is rejected.
+// The vector that turns are compared with, as measured at a pose, in body axes; unset if the pose
+// has no such reading or it is rejected.
 std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
                                               const Eigen::VectorXd& shared,
                                               const PoseNode& node) {
@@ -28,8 +28,9 @@ std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
   return std::nullopt;
 }
 
-// TurnError of `turn` along `edge`, with the parameters `shared`; unset if a reading is rejected.
-// The earth's rotation during the turn is subtracted at the attitude of the graph.
+// TurnError of the rotation `turn` for `edge`; the parameters `shared` give the vectors. Unset if a
+// reading is rejected. The earth's rotation during the turn is subtracted, in the attitude that the
+// graph has before the turn.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
@@ -43,13 +44,14 @@ std::optional<double> ErrorOf(const PoseGraph& graph,
   return TurnError(RotationExp(body_from_world * -earth_turn) * turn, *before, *after);
 }
 
-// The shared parameters without one factor; unset if they are undetermined without it.
+// The shared parameters estimated without the factor `at`; unset if undetermined without it.
 std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
                                              const Eigen::Matrix3d& variance,
                                              const PoseGraph& graph,
                                              const ReducedSystem& system) {
-  // Share of the observation's own information below which the whole system leaves nothing of it.
-  // If more than twice as much is left beside the attitudes, the parameters absorbed it.
+  // In a direction in which the projector leaves less than this share of the observation's
+  // information, residuals do not show the observation. If attitudes alone would leave over twice
+  // as much, parameters absorb it: without the observation they are undetermined.
   constexpr double kNothing = 1e-6;
   const Eigen::Index row = system.factors()[at].row;
   const Eigen::Matrix3d root = CholeskyRoot(variance);

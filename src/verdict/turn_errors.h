@@ -14,38 +14,39 @@
 
 namespace truetriad {
 
-// The vector sensor whose readings turns are compared with: the accelerometer, without one the
-// magnetometer.
+// The vector sensor with whose readings turns are compared: the accelerometer, or if there is none,
+// the magnetometer.
 Triad TurnedAgainst(const SharedLayout& layout);
 
-// Angle between `after` and the prediction from `before` by the turn; both are the same constant
-// world direction, in body axes before and after; rad.
+// Angle, rad, between `after` and `before` as rotated by the turn. `before` and `after`: a constant
+// world direction, in body axes before and after the turn.
 double TurnError(const Eigen::Quaterniond& turn,
                  const Eigen::Vector3d& before,
                  const Eigen::Vector3d& after);
 
-// A gyroscope with nominal gains of its unit and the median of its readings at rest as bias; unset
-// for counts.
+// A gyroscope with the nominal gain of its unit, and as bias the median of its readings at rest.
+// Unset if there is no gyroscope, or if its unit is counts.
 std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses);
 
-// Angles between gravity (without accelerometer: the field) measured at the next rest and predicted
-// by the turn, for several sets of parameters; rad. Turns that are rejected, or begin or end in a
-// pose with a rejected reading, are left out, so that all lists are of the same turns.
+// Angles, rad, between gravity as measured at the rest after a turn and as predicted by the turn,
+// for several sets of parameters. Without an accelerometer, the field replaces gravity. Rejected
+// turns are left out, and turns that begin or end in a pose whose reading is rejected: all lists
+// are of the same turns.
 struct TurnErrors {
   std::vector<double> in_sample;
-  // With parameters estimated without the turn. Empty if such parameters would be undetermined.
+  // With parameters estimated without the turn. Empty if without some turn they are undetermined.
   std::vector<double> held_out;
-  // With a nominal gyroscope; the vector sensor is the calibrated one. Empty for counts.
+  // With a nominal gyroscope and the calibrated vector sensor. Empty if the unit is counts.
   std::vector<double> nominal;
 };
 
-// The parameters without a turn come from one Gauss-Newton step: with the projector P of the whole
-// system (reduced_system.h) and the turn's own rows f,
+// One Gauss-Newton step gives the parameters without a turn. With the projector P of the whole
+// system (reduced_system.h) and the rows f of the turn,
 //
 //   t_without = t + M^-1 (D J)_f^T (P_ff)^-1 (P r)_f
 //
-// exact for a linear graph; the turn is then integrated again. The error is of second order in a
-// shift of the size of σ. Weights and excess noise are held.
+// This is exact for a linear graph; otherwise the error is of second order in the shift, which is
+// of the size of σ. The turn is then integrated again. Weights and excess noise are held.
 TurnErrors FindTurnErrors(const PoseGraph& graph,
                           const ReducedSystem& system,
                           const PoseSet& poses);

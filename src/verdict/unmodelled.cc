@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// Clock lags beyond the range that moves determine.
+// Clock lags that are too long to be determined by moves.
 std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
   std::vector<ClockOffset> lags;
   for (const Triad triad : kTriads) {
@@ -27,7 +27,7 @@ std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
   return lags;
 }
 
-// Nonlinearities that the sensor's data sheet allows.
+// The nonlinearities that the sensor's data sheet allows, as a fault with prior σ.
 StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGraph& graph) {
   StatedFault bends;
   const FaultScene scene(graph);

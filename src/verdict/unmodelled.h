@@ -14,26 +14,28 @@ namespace truetriad {
 // Effects in a recording that the model lacks; each adds to the solution's covariance.
 struct Unmodelled {
   FaultFindings faults;
-  std::vector<Triad> stated_bends;  // sensors whose widening `faults` begins with
+  std::vector<Triad> stated_bends;  // sensors of the first entries of faults.widening
   DriftCovariance drift;
   RecordingFaults of_recording;      // faults that no residual shows
-  std::vector<ClockOffset> clocks;   // beyond the corrected ones
-  std::vector<double> clock_sigmas;  // the largest shift by each, in σ of a parameter
+  std::vector<ClockOffset> clocks;   // that remain after corrections
+  std::vector<double> clock_sigmas;  // largest shift by each, in the parameter's σ
   Eigen::MatrixXd by_clocks;
 
   // Covariance of the free shared coordinates.
   Eigen::MatrixXd Covariance() const;
 };
 
-// Finds faults and includes them in the graph, its noise and its system; lists stated bends.
+// Finds faults and includes them in the graph, its noise and its system. `stated_bends` receives
+// the sensors whose nonlinearity is stated.
 FaultFindings TakeFaultsIn(const CalibrateOptions& options,
                            std::vector<Triad>* stated_bends,
                            PoseGraph* graph,
                            NoiseState* noise,
                            ReducedSystem* system);
 
-// Finds all effects but faults, whose readings are corrected. `sigma_raw`: of one reading;
-// `settings`: of the graph.
+// Finds the effects beyond TakeFaultsIn: drift, faults of single readings, clock offsets. The
+// graph's readings are already corrected for faults. `sigma_raw`: of one reading; `settings`: of
+// the graph.
 void FindBeyondFaults(const PoseSet& poses,
                       const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,

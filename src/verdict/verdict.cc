@@ -25,8 +25,9 @@
 namespace truetriad {
 namespace {
 
-// Their order matters: a change in the middle of the run may look like any other fault, and along
-// an undetermined direction the optimiser does not converge.
+// The first check that refuses names the cause, so that their order matters: a change in the middle
+// of the run may look like any other fault, and if a direction is undetermined, the optimiser does
+// not converge along it.
 constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
@@ -152,7 +153,7 @@ double ReducedChi2(const ReducedSystem& system, double dof) {
   return (system.residual() + system.J() * system.step()).dot(system.projected()) / dof;
 }
 
-// χ² with the whole noise, and with the noise inside rests alone if that is known.
+// States χ² with the whole noise, and if the noise inside rests is known, χ² with that alone.
 void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Quality* quality) {
   quality->reduced_chi2 = std::numeric_limits<double>::quiet_NaN();
   quality->reduced_chi2_before = std::numeric_limits<double>::quiet_NaN();
@@ -167,8 +168,8 @@ void StateChi2(const SettledRun& run, const ReducedSystem& system, double dof, Q
   quality->reduced_chi2_before = ReducedChi2(ReducedSystem(rests), dof);
 }
 
-// Whether to test for faults: a solution and its noise must be known. A motion with its thousands
-// of moments is not tested if it is refused in any case.
+// Whether to test for faults: the solution and its noise must be known. A motion has thousands of
+// moments: if it does not determine the parameters, it is refused in any case, and not tested.
 bool CanBeTested(const SettledRun& run, const ReducedSystem& system) {
   if (run.of_motion != nullptr &&
       !AnalyseObservability(run.graph, system.shared(), run.options.observable_sigma).determined) {
@@ -220,12 +221,12 @@ void StateUsable(const SettledRun& run,
   add(CheckStillDetermined(run.graph, covariance, options.observable_sigma));
 }
 
-// Keeps what explains a refusal, without values that are not finite.
+// Removes from `quality` what does not explain a refusal, and all values if some are not finite.
 void KeepWhatExplains(const SettledRun& run,
                       const PresentedSolution& solution,
                       const Findings& findings,
                       Quality* quality) {
-  // More poses like the rejected ones would not help.
+  // Weak directions advise more poses, but too many poses are rejected already.
   if (Find(findings, FindingCode::kTooManyOutliers) != nullptr) quality->weak_directions.clear();
   const Eigen::MatrixXd& matrix = solution.covariance.matrix;
   const bool is_finite = std::isfinite(run.graph.shared.squaredNorm()) && matrix.allFinite();
@@ -264,7 +265,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const std::vector<LeftOutTest>& more = unmodelled.of_recording.tests;
   quality.left_out_tests.insert(quality.left_out_tests.begin(), more.begin(), more.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
-  // The covariance includes the joint test's scale, so that F(dim, ν) holds for it as printed.
+  // The covariance is divided by the joint test's scale: F(dim, ν) then holds for it as printed.
   const Eigen::MatrixXd covariance =
       AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);
@@ -279,7 +280,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
 
   PresentedSolution solution = SolvedFrame(graph, covariance);
   StateInGauge(options, &solution);
-  // In a motion each moment is predicted by its neighbours, so that turns have no check.
+  // A motion has no rests between which turns could be checked.
   const TurnErrors turns = is_of_motion ? TurnErrors() : FindTurnErrors(graph, system, run.poses);
   FillPoseQuality(graph, solution, DeletionTests(graph, system), turns, run.poses, &quality);
   StateRejected(graph, &quality);

@@ -12,12 +12,12 @@
 
 namespace truetriad {
 
-// Completes the report of the settled graph, with significant faults included: its quality, the
-// verdict, and for a usable result the sensors with their covariance. Error (usage): a limit that
+// Includes significant faults in the settled graph, then completes `calibration`: quality, verdict,
+// and if the result is usable, the sensors with their covariance. Error (usage): a limit that
 // cannot be judged.
 Status StateVerdict(const SettledRun& settled, Calibration* calibration);
 
-// The start values as a calibration without uncertainty; `graph` is laid out at them.
+// States the start values as a calibration without uncertainty. `graph`: laid out at these values.
 void StateStart(const PoseSet& poses,
                 const CalibrateOptions& options,
                 const NoiseState& noise,

@@ -350,7 +350,7 @@ TEST(KnownMotions, BeyondTheLogAreRefusedWithWhereTheyAreStated) {
   rates.rates.back().at.rows = {};
   rates.rates.back().at.times = {kFar, kFar + 9};
   EXPECT_THAT(refusal(table, rates),
-              HasSubstr("rates.yaml:7: is stated by time, but another rate by rows"));
+              HasSubstr("rates.yaml:7: is stated by time, but another rate is stated by rows"));
 
   const Scenario hand = HandTurns();
   PoseSelection turns = SelectionOf(hand);

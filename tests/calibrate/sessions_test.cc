@@ -163,7 +163,7 @@ TEST(Sessions, HaveTheirParametersWhereTheLastSays) {
   EXPECT_EQ(joined.tags.station, "first");
   EXPECT_THAT(joined.findings,
               Contains(testing::Field(
-                  &Finding::text, HasSubstr("numbers these sensors differently in session 2"))));
+                  &Finding::text, HasSubstr("numbers its sensors differently in session 2"))));
 }
 
 // Exact but for the rounding of sums and the nominal noise that weighs readings without any.

@@ -153,8 +153,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
   ASSERT_EQ(run("5").exit_code, 0);
   const Finished exported = Shell(to_export);
   EXPECT_EQ(exported.exit_code, 0);
-  EXPECT_THAT(exported.err,
-              HasSubstr("is not of the run that counts for this unit; the unit is PASS"));
+  EXPECT_THAT(exported.err, HasSubstr("another run counts for this unit; the unit is PASS"));
   EXPECT_THAT(Shell("'" TRUETRIAD_BINARY "' export \"$(ls -d out/units/u100/* | tail -n 1)\"/"
                     "calibration.yaml --to=px4 --output=u.params")
                   .err,
@@ -208,7 +207,7 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   MeasureAgain(7);
   const Finished fails = run("0.0001");
   EXPECT_EQ(fails.exit_code, 4);
-  EXPECT_THAT(fails.err, HasSubstr("`export` from there does not notice this"));
+  EXPECT_THAT(fails.err, HasSubstr("`export` of these files ignores this"));
   EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be changed"));
   fs::rename(folder_.Path("away"), folder);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
@@ -508,7 +507,7 @@ TEST_F(FleetStore, KeepsWhatPeopleDecide) {
   EXPECT_THAT(again.out, StartsWith("1 OF 2 UNITS NOT GOOD"));
   EXPECT_THAT(again.out, HasSubstr("u100: FAIL by R. Roe (bent)"));
   EXPECT_THAT(again.out,
-              HasSubstr("2 of these recordings were calibrated before, and count once each: "
+              HasSubstr("2 of these recordings were calibrated before; each counts only once: "
                         "u100, u101"));
   const Finished query =
       Shell(kFleetProgram + std::string("query --store=a.db --where=\"final_verdict = 'FAIL' AND "
@@ -595,7 +594,7 @@ TEST_F(FleetPostgreSQL, MayGoForGoodAndTheRunGoesOnLater) {
             "; read -r worker </proc/$run/task/$run/children; kill -KILL $worker; wait $run");
   EXPECT_EQ(cut.exit_code, 2);
   EXPECT_THAT(cut.err,
-              AllOf(HasSubstr("not restored within 0.5 s"), HasSubstr("--resume goes on")));
+              AllOf(HasSubstr("not restored within 0.5 s"), HasSubstr("--resume adds the rest")));
   const Finished refused = Shell(Fleet(flags + "--json"));
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.out, HasSubstr("\"store-failure\""));

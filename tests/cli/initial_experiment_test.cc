@@ -120,7 +120,7 @@ TEST_F(LogAlone, TakesTagsFromTheManifestUnlessToldOtherwise) {
 
 TEST_F(LogAlone, StatesGravityAsThatOfAnywhere) {
   const Finished run = RunTruetriad({"calibrate", log_});
-  EXPECT_THAT(run.out, HasSubstr("known with σ 0.02, all gains with it"));
+  EXPECT_THAT(run.out, HasSubstr("known with σ 0.02, which the σ of all gains include"));
 }
 
 TEST_F(LogAlone, LeavesNothingWhereItIsNotOne) {

@@ -177,7 +177,7 @@ std::vector<Mistake> Mistakes() {
        {},
        2,
        "unit-mismatch",
-       "one sensor has one unit",
+       "one unit for all axes",
        1},
       {"MisspeltColumns", WithHeader("t,ax,ay,az"), {}, 2, "unknown-column", "accel_x", 1},
       // Rows.

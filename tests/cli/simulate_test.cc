@@ -387,7 +387,7 @@ TEST_F(SimulateVerb, GivesARateTableWhoseRampsAreNoRates) {
   EXPECT_THAT(run.err,
               AllOf(HasSubstr("rates.yaml"),
                     HasSubstr("the first eighth of its time"),
-                    HasSubstr("begin it later")));
+                    HasSubstr("begin its interval later")));
   EXPECT_FALSE(std::filesystem::exists(folder_.Path("found")));
 }
 

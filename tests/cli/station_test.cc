@@ -98,7 +98,7 @@ TEST_F(CheckStation, AgreesAsTheLastRecordingOfItsGoldenUnit) {
               AllOf(HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"),
                     HasSubstr(", and agreed"),
                     HasSubstr("STATION DOES NOT AGREE")));
-  EXPECT_THAT(again.err, HasSubstr("which copying may change"));
+  EXPECT_THAT(again.err, HasSubstr("copying may have changed it"));
 }
 
 // Gravity is known to 0.2 % by default, but it is the same on both days.

@@ -78,7 +78,7 @@ TEST_F(StampedByAHost, IsCalibratedAtEvenTimesAndSaysSo) {
   const Finished inspection =
       RunTruetriad({"inspect", "--input=" + folder_.Path("run/recording.yaml")});
   EXPECT_THAT(inspection.out, ContainsRegex("gyroscope .* in bursts"));
-  EXPECT_THAT(inspection.out, ContainsRegex("taken\\s+to\\s+be\\s+evenly\\s+spaced\\s+instead"));
+  EXPECT_THAT(inspection.out, ContainsRegex("treated\\s+as\\s+evenly\\s+spaced\\s+instead"));
 
   const Finished run = Calibrate("auto");
   EXPECT_EQ(run.exit_code, 0) << run.out << run.err;

@@ -117,7 +117,7 @@ class Vehicles(unittest.TestCase):
         done = truetriad("calibrate", self.out / "recording/recording.yaml", self.out / "recording/recording-1.yaml",
                          "-o", self.folder / "mixed")
         self.assertEqual(done.returncode, 2, done.stderr)
-        self.assertIn(f"is of the accelerometer {vehicles.ACCELEROMETERS[1].number}", done.stderr)
+        self.assertIn(f"is a recording of the accelerometer {vehicles.ACCELEROMETERS[1].number}", done.stderr)
 
     def test_parameters_go_where_the_vehicle_has_the_number_of_a_sensor(self):
         acc, mag = vehicles.ACCELEROMETERS, vehicles.MAGNETOMETERS
@@ -139,7 +139,7 @@ class Vehicles(unittest.TestCase):
         self.assertEqual(found["CAL_MAG0_ID"], mag[1].number)
         self.assertNotIn("CAL_MAG0_ROT", found)
         # The vehicle's terms of two of the sensors end; the third has none.
-        self.assertIn("(TC_A_ENABLE), which exported parameters replace (TC_A2_ID)", done.stderr)
+        self.assertIn("(TC_A_ENABLE); exported parameters replace this calibration (TC_A2_ID)", done.stderr)
         self.assertEqual([found.get(f"TC_A{slot}_ID") for slot in range(4)], [0, 0, 0, None])
         self.assertNotIn("TC_A2_X0_0", found)
         # A result knows where it belongs, and what it was made for.
@@ -169,7 +169,7 @@ class Vehicles(unittest.TestCase):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
         done = self.calibrate(log, "--to=px4", code=3)
         self.assertIn("instance 1: is not written: none of the log's CAL_GYRO0_ID to CAL_GYRO3_ID is free for the gyroscope: "
-                      "each belongs to another sensor, or the log does not state the id of this one; state it with --id", done.stderr)
+                      "each belongs to another sensor, or the log does not state the id of this one; state its id with --id", done.stderr)
         # The results are there, and the others are exported.
         self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
         found = self.parameters("px4.params", "\t", 2)
@@ -619,7 +619,7 @@ class Vehicles(unittest.TestCase):
         # A compass that has no parameters was not corrected by anybody's.
         log = self.log(vehicles.dataflash, "other.bin", rests=14, parameters=own | {"COMPASS_DEV_ID2": 17})
         done = truetriad("calibrate", log, "-o", self.folder / "other")
-        self.assertIn("no COMPASS_DEV_ID is COMPASS_PRIO1_ID", done.stderr)
+        self.assertIn("no COMPASS_DEV_ID equals COMPASS_PRIO1_ID", done.stderr)
 
     def test_each_sensor_is_corrected_where_the_firmware_does_it(self):
         turned = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]

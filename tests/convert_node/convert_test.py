@@ -253,10 +253,10 @@ class Converters(unittest.TestCase):
             for (_, found, _), counts in zip(self.rows("gyroscope.csv"), chips):
                 for value, expected in zip(map(float, found), turn(*counts)):
                     self.assertAlmostEqual(value, expected, 4)
-            self.assertEqual("turned as x, y and z are" in done.stderr, turn(1, 2, 3) != (1, 2, 3))
+            self.assertEqual("rotated into the axes of x, y and z" in done.stderr, turn(1, 2, 3) != (1, 2, 3))
         # What does not move shows nothing.
         rows = [("sensor_gyro", 0, struct.pack("<Q4f3h", 1000 * i, 1, 2, 3, 0.01, 1, 2, i)) for i in range(9)]
-        self.assertIn("whose rotation x, y and z do not determine", self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows)).stderr)
+        self.assertIn("x, y and z do not determine its rotation", self.convert("ulog", self.made_ulog({"sensor_gyro": fields}, rows)).stderr)
 
     def test_ulog_of_2020_may_be_corrected_by_the_drivers(self):
         own = {"CAL_ACC0_ID": 7, "CAL_ACC0_XOFF": 0.25, "CAL_ACC0_XSCALE": 1.5, "CAL_MAG0_ID": 7, "CAL_MAG0_YOFF": 0.5,

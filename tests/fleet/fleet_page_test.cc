@@ -88,7 +88,7 @@ TEST_F(FleetPage, CountsUnitsByTheRunThatCounts) {
   EXPECT_EQ(page->runs, 4U);
   const std::map<std::string, std::string> files = FilesOf("page");
   EXPECT_THAT(files.at("index.html"),
-              AllOf(HasSubstr("66.7 % good"), HasSubstr("33.3 % at the first run")));
+              AllOf(HasSubstr("66.7 % good"), HasSubstr("33.3 % good at the first run")));
   EXPECT_THAT(files.at("data.js"), HasSubstr("\"rows\":[[\"L/1\",\"3\""));
   EXPECT_EQ(WritePage("bad", "verdict <> 'PASS'")->units, 1U);
 }

@@ -164,7 +164,7 @@ TEST_F(JsonLines, AreNotTakenForWhatTheyAreNot) {
   };
   for (const Case& one :
        {Case{header + "99,\"shards\":1}\n",
-             "has the schema of version 99, and this program reads and writes "
+             "has the schema of version 99, but this program reads and writes "
              "version 6; use the truetriad that wrote it"},
         Case{"{\"format\":\"truetriad/runs\"}\n", "states no version"},
         Case{"{\"format\":\"truetriad/runs/3\"}\n", "is not a file of runs"},
@@ -212,7 +212,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
       {[](UnitRun* run) { run->recorded_by = "hand"; }, "recorded_by is \"hand\""},
       {[](UnitRun* run) { run->id = "20261125T240000.000000Z-00000001"; }, "expected a time"},
       {[](UnitRun* run) { run->id = "22010101T000000.000000Z-00000001"; }, "up to 2200"},
-      {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, and its limit"},
+      {[](UnitRun* run) { run->judgements[0].pass = false; }, "verdict is `PASS`, but its limit"},
       {[](UnitRun* run) { run->verdict = Verdict::kFail; }, "misses none of its limits"},
   };
   for (const Case& one : cases) {
@@ -223,7 +223,7 @@ TEST_F(JsonLines, SayWhatNoRunCanBe) {
   }
   const std::string good = LineOf(SampleRun("1", "A"));
   for (const auto& [from, to, message] :
-       {std::tuple("\"verdict\":\"PASS\"", "\"verdict\":\"pass\"", "`pass` is no verdict"),
+       {std::tuple("\"verdict\":\"PASS\"", "\"verdict\":\"pass\"", "`pass` is not a verdict"),
         {"\"lot\"", "\"lott\"", "unknown tags among"}}) {
     std::string line = good;
     line.replace(line.find(from), std::string_view(from).size(), to);

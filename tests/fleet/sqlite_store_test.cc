@@ -98,7 +98,7 @@ TEST_F(SqliteStoreTest, RefusesAnotherVersion) {
                   AllOf(HasSubstr(path_),
                         HasSubstr(found),
                         HasSubstr("this program reads and writes version 6"),
-                        HasSubstr("calibrate its logs into another store")));
+                        HasSubstr("calibrate its logs into a new store")));
     }
   }
 }

@@ -153,7 +153,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
            {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
            {"log,recorded\na/u1.csv,2199-01-01\n", "which is in the future", 2},
            {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is not UTF-8", 2},
-           {"log,serial\n", "without a line for a log", 0}}) {
+           {"log,serial\n", "no line names a log", 0}}) {
     const Error error = ErrorOf({folder_.Write("wrong.csv", mistake.text)});
     EXPECT_THAT(error.message, HasSubstr(mistake.message));
     EXPECT_EQ(error.place.line, mistake.line) << error.message;

@@ -259,7 +259,7 @@ TEST(Export, SaysWhatDroppedTermsInTheRateOfTemperatureCost) {
   const Result<Export> unknown = ExportCalibration(unit, "c-header");
   ASSERT_TRUE(unknown) << unknown.error().message;
   EXPECT_FALSE(unknown->loss[Triad::kAccelerometer]->at_rates);
-  EXPECT_THAT(unknown->notes, Contains(HasSubstr("not included in the stated one")));
+  EXPECT_THAT(unknown->notes, Contains(HasSubstr("not included in the stated error")));
   thermal.rate_range_degcps = Eigen::Vector2d(-0.05, 0.1);
   const Result<Export> result = ExportCalibration(unit, "c-header");
   ASSERT_TRUE(result) << result.error().message;
@@ -276,7 +276,7 @@ TEST(Export, SaysWhatDroppedTermsInTheRateOfTemperatureCost) {
   EXPECT_NEAR(loss.at_rates->rms, std::sqrt(squares / 5.0) * of_one, 1.01 * loss.largest);
   EXPECT_LT(loss.largest, 1e-3 * of_one);
   EXPECT_THAT(result->notes, Contains(HasSubstr("dropped: bias from the temperature rate")));
-  EXPECT_THAT(result->notes, testing::Not(Contains(HasSubstr("not included in the stated one"))));
+  EXPECT_THAT(result->notes, testing::Not(Contains(HasSubstr("not included in the stated error"))));
   const Result<Export> whole = ExportCalibration(unit, "json");
   ASSERT_TRUE(whole) << whole.error().message;
   EXPECT_FALSE(whole->loss[Triad::kAccelerometer]->at_rates);

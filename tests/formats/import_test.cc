@@ -220,7 +220,7 @@ TEST(Import, SaysWhatItTakesForGranted) {
               ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; missing offsets are taken "
                           "as 0, missing scales as 1",
                           "magnetometer: the file does not state its rotation against the board "
-                          "(AHRS_ORIENTATION); taken as not rotated"));
+                          "(AHRS_ORIENTATION); assumed not rotated"));
 }
 
 TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
@@ -379,7 +379,7 @@ TEST(Import, TakesReadingsAsTheyAreWhereKalibrIsToldOfNoiseAlone) {
   for (const char* const format : {"kalibr", "kalibr-result"}) {
     const Result<Import> result = ImportCalibration(format, {path});
     ASSERT_TRUE(result) << result.error().message;
-    EXPECT_THAT(result->notes, Contains(HasSubstr("holds noise alone")));
+    EXPECT_THAT(result->notes, Contains(HasSubstr("holds only noise")));
     for (const Triad triad : {Triad::kAccelerometer, Triad::kGyroscope}) {
       const TriadModel<double>& model = result->calibration.sensors[triad]->model;
       EXPECT_TRUE(model.bias.isZero(0.0) && model.sensitivity.isIdentity(0.0));

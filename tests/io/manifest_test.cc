@@ -216,7 +216,8 @@ TEST_F(ManifestWindows, TakeTheirTimeFromARowWithoutAReading) {
   const StreamSamples stream = Read("20,0,1,1,\n,1,1,1,\n40,,,,\n,,,,\n60,4,1,1,\n,5,1,1,\n", 2);
   EXPECT_THAT(stream.time_ns, ElementsAre(10'000'000, 20'000'000, 50'000'000, 60'000'000));
   EXPECT_THAT(ErrorOf("1,1,1,1,\n2,,,,\n3,1,1,1,\n3,1,1,1,\n", 2),
-              HasSubstr("log.csv:3: has another time than other rows of its window of 2 rows"));
+              HasSubstr("log.csv:3: states a time that differs from that of other rows of its "
+                        "window of 2 rows"));
 }
 
 TEST_F(ManifestWindows, MayHaveNumbersOfSamplesForTimes) {
@@ -256,7 +257,8 @@ TEST_F(ManifestWindows, AreRefusedWhereTheirTimeMovesToAnotherRow) {
               "80,7,1,1,\n,8,1,1,\n",
               3),
       HasSubstr("log.csv:6: states the time of its window on row 2 of 3 (`window_samples`), "
-                "but line 4 on row 3; rows between these lines are missing or too many"));
+                "but line 4 states it on row 3; there are too few or too many rows between these "
+                "lines"));
 }
 
 // What is lost right behind the first window does not stretch it.
@@ -359,7 +361,8 @@ TEST_F(ManifestWindows, DoNotDependOnHowTheFileIsRead) {
 
 TEST_F(ManifestWindows, RefuseWhatIsNoWindow) {
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n1,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),
-              HasSubstr("log.csv:5: has another time than other rows of its window of 2 rows"));
+              HasSubstr("log.csv:5: states a time that differs from that of other rows of its "
+                        "window of 2 rows"));
   EXPECT_THAT(ErrorOf("1,1,1,1,\n1,1,1,1,\n,1,1,1,\n,1,1,1,\n", 2),
               HasSubstr("log.csv:4: begins a window of 2 rows (`window_samples`) without a time"));
   EXPECT_THAT(ErrorOf("2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n2,1,1,1,\n", 2),

@@ -281,7 +281,7 @@ TEST(ControlCharts, OfNothingAreNone) {
   const ChartReport report = ControlCharts(simulated.Units(10));
   ASSERT_EQ(report.stations.size(), 1U);
   EXPECT_EQ(report.stations[0].note,
-            "no charts: no varying parameter has values of at least 20 units");
+            "no charts: no parameter that varies has a value for at least 20 units");
 }
 
 // Alarms of a set of n units that judge each other are n / 370 on average, or fewer: over so many
@@ -321,8 +321,8 @@ TEST(ControlCharts, OfAllTogetherTakeEnoughUnitsThatAreNoOutliers) {
   }
   const StationCharts station = ControlCharts(data).stations.front();
   EXPECT_EQ(station.note,
-            "no chart of all parameters together: it needs 20 baseline units, without outliers "
-            "and with all 10 parameters; there are 14");
+            "no chart of all parameters together: it needs 20 baseline units that are no outliers "
+            "and have all 10 parameters; there are 14");
   EXPECT_EQ(station.charts.back().kind, ChartKind::kEwma);
 }
 

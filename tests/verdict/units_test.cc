@@ -116,11 +116,11 @@ TEST(Units, OfOneAxisOfAGyroscopeAreToldByItsTurns) {
 
 TEST(Units, OfTimesAreToldByTheRate) {
   PoseSet set = TurnedUnit(1.0);
-  for (const auto& [rate_hz, guess] : {std::pair(0.1, "ms as s?"),
-                                       std::pair(1e-4, "us as s?"),
-                                       std::pair(1e-7, "ns as s?"),
-                                       std::pair(1e5, "s as ms?"),
-                                       std::pair(1e8, "s as us?")}) {
+  for (const auto& [rate_hz, guess] : {std::pair(0.1, "ms labelled s?"),
+                                       std::pair(1e-4, "us labelled s?"),
+                                       std::pair(1e-7, "ns labelled s?"),
+                                       std::pair(1e5, "s labelled ms?"),
+                                       std::pair(1e8, "s labelled us?")}) {
     set.streams[2].rate_hz = rate_hz;
     set.duration_s = 6000.0 / rate_hz;  // A minute at 100 Hz.
     EXPECT_THAT(WhyNotAsStated(set, NineAxis())->Message(), HasSubstr(guess));
@@ -141,7 +141,7 @@ TEST(Units, OfTimesAreNotDoubtedWhereTheLogIsReallySlow) {
   EXPECT_THAT(finding->Message(),
               AllOf(HasSubstr("1 Hz over 170 s, which is too slow for turns and rests"),
                     HasSubstr("10 Hz or more"),
-                    Not(HasSubstr("ms as s"))));
+                    Not(HasSubstr("ms labelled s"))));
 }
 
 TEST(Units, OfTemperatureAreToldByItsRange) {

@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs all of the statistical tests and shows the rows of the tables in docs/.
+"""Runs all statistical tests and prints the rows of the tables in docs/.
 
-One process a test, as many at a time as there are processors. With --write the tables that docs/
-marks with `<!-- rows: NAME -->` get the new rows, unless a test failed; a --filter must then let
-all rows of a table through.
+Each test is a process of its own; as many run at a time as there are processors. With --write, the
+tables that docs/ marks with `<!-- rows: NAME -->` get the new rows, unless a test failed; a
+--filter must then select the tests of all rows of a table.
 """
 
 import argparse
@@ -21,7 +21,7 @@ DEFAULT = ROOT / 'build/tests/statistical/truetriad_statistical_test'
 
 
 def test_names(program, pattern):
-  """Full names of the tests that `pattern` (of --gtest_filter) lets through, in their order."""
+  """Full names of the tests that `pattern` (as for --gtest_filter) selects, in their order."""
   listing = subprocess.run([program, '--gtest_list_tests', f'--gtest_filter={pattern}'],
                            check=True, capture_output=True, text=True).stdout
   names, suite = [], ''
@@ -40,7 +40,7 @@ def run(program, name):
 
 
 def with_rows(text, rows):
-  """`text` with the bodies of its marked tables replaced."""
+  """`text` with the new `rows` in its marked tables."""
   def table(match):
     return match[1] + '\n'.join(rows[match[2]]) + '\n' if match[2] in rows else match[0]
   marked = r'(<!-- rows: (\w+) -->\n\n?\|.*\n\|[-:| ]+\|\n)(?:\|.*\n)*'
@@ -50,7 +50,7 @@ def with_rows(text, rows):
 def main():
   parser = argparse.ArgumentParser(description=__doc__)
   parser.add_argument('--program', default=DEFAULT, help='the statistical tests')
-  parser.add_argument('--filter', default='*', help='of the tests, as for --gtest_filter')
+  parser.add_argument('--filter', default='*', help='tests to run, as for --gtest_filter')
   parser.add_argument('--write', action='store_true', help='put the rows into docs/')
   arguments = parser.parse_args()
 

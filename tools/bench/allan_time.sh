@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Time of a whole `truetriad allan` on the 2.8 hours of the ADIS16405 (1 M samples of six axes, from
-# gzip), and of 1.44 M samples of one triad as plain CSV, with `truetriad inspect` on the same file
-# for what reading alone takes. Medians of RUNS (default 9).
+# Time of a whole `truetriad allan` on two logs: the 2.8 hours of the ADIS16405 (1 M samples of six
+# axes, from gzip), and 1.44 M samples of one triad as plain CSV. `truetriad inspect` on the second
+# log shows what reading alone takes. Medians of RUNS (default 9).
 #
 #   tools/bench/allan_time.sh [BUILD_FOLDER]          default: build
 #
-# The recording is looked for in $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
+# The first log is searched in $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -27,7 +27,7 @@ awk 'BEGIN {
     printf "%.2f,%.5f,%.5f,%.5f\n", i / 100, rand() + rand() - 1, rand() + rand(), rand() - rand()
 }' > "$folder/plain.csv"
 
-# median NAME COMMAND...: CPU and wall time in ms.
+# median NAME COMMAND...: prints the medians of CPU and wall time in ms, and NAME.
 median() {
   local name=$1; shift
   "$@" > "$folder/stdout"

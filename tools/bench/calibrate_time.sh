@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Time of a whole `truetriad calibrate` on the 38-pose Xsens recording, against the least that any
-# program could take to read that file. Medians of RUNS (default 25) interleaved runs; TILES
-# (default 1) times the recording; RECORDING=pair takes the gyroscope's file, too.
+# Time of a whole `truetriad calibrate` on the 38-pose Xsens recording, beside the least time in
+# which any program could read that file. Medians of RUNS (default 25) interleaved runs. TILES
+# (default 1): the recording is repeated this many times. RECORDING=pair adds the gyroscope's file.
 #
 #   tools/bench/calibrate_time.sh [BUILD_FOLDER]      default: build
 #
-# The folder holds truetriad and parse_floor, see docs/performance.md. The recording is looked for
+# BUILD_FOLDER holds truetriad and parse_floor, see docs/performance.md. The recording is searched
 # in $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
 set -euo pipefail
 # shellcheck source=tools/bench/recording.sh
@@ -15,7 +15,7 @@ need "$build/tools/bench/parse_floor"
 
 runs=${RUNS:-25}
 tiles=${TILES:-1}
-# Processes a timed run: one alone lasts only a few ticks of the clock.
+# Processes per timed run: a single process lasts only a few ticks of the clock.
 repeats=$((tiles < 10 ? 10 : 1))
 tile "$tiles"
 
@@ -40,7 +40,7 @@ for ((run = 0; run < runs; ++run)); do
   done
 done
 
-# median COLUMNS FILE: middle of the sums of these awk columns, in ms a process.
+# median COLUMNS FILE: the median of the awk expression COLUMNS over the rows, in ms per process.
 median() {
   awk "{ print 1e3 * ($1) / $repeats }" "$2" | sort -g | awk '{ value[NR] = $1 }
     END { print (value[int((NR + 1) / 2)] + value[int(NR / 2) + 1]) / 2 }'

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Messages a CPU second that converters read, from start to the recording on disk: logs of MESSAGES
-# (default 600000) samples of accelerometer and gyroscope and a tenth of it of the magnetometer, as
-# make_log.py writes them. Medians of RUNS (default 5).
+# Messages per CPU second of converters, from the start to the recording on disk. make_log.py writes
+# the logs: MESSAGES (default 600000) samples of accelerometer and gyroscope, and a tenth as many of
+# the magnetometer. Medians of RUNS (default 5).
 #
 #   tools/bench/convert_rate.sh [BUILD_FOLDER]       default: build
 set -euo pipefail

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// How fast a text recording becomes typed columns, measured in turns with a bare std::from_chars
-// loop over the same bytes in memory:
+// How fast a text recording becomes typed columns. For comparison, a bare std::from_chars loop over
+// the same bytes in memory is measured in turns:
 //
 //   csv_columns FILE [RUNS]
 //
-// Reads all columns of FILE, the first as an integer of nanoseconds, the others as doubles, with
-// all checks and the SHA-256 of the bytes; then hashes the bytes alone, to tell the share of
-// hashing. Prints GB a CPU second of each run and the medians.
+// Reads all columns of FILE with all checks and the SHA-256 of the bytes: the first column as an
+// integer of nanoseconds, the others as doubles. Then hashes the bytes alone, to show the share of
+// hashing. Prints GB per CPU second for each run, and the medians.
 #include <algorithm>
 #include <charconv>
 #include <cstdio>

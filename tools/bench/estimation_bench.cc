@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Time of the estimator alone, poses and tracks in memory; docs/performance.md.
+// Time of the estimator alone: poses and tracks are in memory. See docs/performance.md.
 //
 //   estimation_bench --benchmark_repetitions=5 --benchmark_report_aggregates_only=true
 #include <cstdint>
@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::uint64_t kSeed = 7;
 
-// Integration of one turn of 10 s at 100 Hz, with all derivatives.
+// Integrates one turn of 10 s at 100 Hz, with all derivatives.
 void IntegrateTurn(benchmark::State& state) {
   Random random(kSeed);
   GyroMove move;
@@ -43,7 +43,7 @@ void RunCalibrate(const PoseSet& poses, const CalibrateOptions& options, benchma
   state->SetComplexityN(state->range(0));
 }
 
-// Calibration of accelerometer and magnetometer: 22 parameters and the dip; noise known.
+// Calibrates accelerometer and magnetometer: 22 parameters and the dip. The noise is known.
 void CalibrateJoint(benchmark::State& state) {
   Random random(kSeed);
   const SyntheticUnit unit = trials::RandomUnit({}, &random);
@@ -58,13 +58,13 @@ BENCHMARK(CalibrateJoint)
     ->Range(24, 1536)
     ->Complexity(benchmark::oN);
 
-// All three triads, turns of 2.5 s at 100 Hz between the poses, 33 parameters and the dip. All
-// excess noise is estimated, as it is by default.
+// Calibrates all three triads, with turns of 2.5 s at 100 Hz between the poses: 33 parameters and
+// the dip. All excess noise is estimated, which is the default.
 void CalibrateNineAxes(benchmark::State& state) {
   constexpr Triad kGyroscope = Triad::kGyroscope;
   Random random(kSeed);
-  // A spread like that of chips: with larger ones, turns miss gravity so much that a long search
-  // for a wrong unit of measure begins.
+  // A spread like that of chips. If it were larger, turns would miss gravity by so much that a long
+  // search for a wrong unit of measure would begin.
   trials::UnitSpread spread;
   spread.offset = 0.03;
   SyntheticUnit unit = trials::RandomUnit(spread, &random);
@@ -88,8 +88,8 @@ BENCHMARK(CalibrateNineAxes)
     ->Range(24, 384)
     ->Complexity(benchmark::oN);
 
-// Six slow turns without a rest, 25 700 samples of each triad at 80 Hz. Argument: samples from one
-// attitude of the chain to the next.
+// Calibrates from six slow turns without a rest: 25 700 samples of each triad at 80 Hz. Argument:
+// the number of samples from one attitude of the chain to the next.
 void CalibrateTumbling(benchmark::State& state) {
   Random random(kSeed);
   const trials::SixTurns unit = trials::DrawSixTurns(&random);

@@ -1,15 +1,15 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# What a unit costs in `truetriad fleet run`, from CSV to the store: CPU time (of all processes,
-# user and system) against the bare parse of its bytes, with one worker and with two, and peak
-# memory with a tenth of the units and with all. UNITS (default 2000) nine-axis units of 24 poses at
-# 100 Hz, 1.4 MB each; SIMULATED (default 100) of them are different, the others are links to those.
-# Medians of RUNS (default 3) interleaved runs. FLAGS: more of `fleet run`.
+# What a unit costs in `truetriad fleet run`, from CSV to the store: CPU time (user and system, of
+# all processes) with one worker and with two, beside the bare parse of the unit's bytes; and peak
+# memory with a tenth of the units and with all. UNITS (default 2000) nine-axis units have 24 poses
+# at 100 Hz, 1.4 MB each. SIMULATED (default 100) of them differ; the others are links to these.
+# Medians of RUNS (default 3) interleaved runs. FLAGS: further flags of `fleet run`.
 #
 #   tools/bench/fleet_rate.sh [BUILD_FOLDER]          default: build
 #
-# The folder holds truetriad and parse_floor, see docs/performance.md. Needs GNU time (Debian: time)
-# and 150 MB in $TMPDIR.
+# BUILD_FOLDER holds truetriad and parse_floor, see docs/performance.md. Needs GNU time (Debian:
+# time) and 150 MB in $TMPDIR.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -39,7 +39,7 @@ done
 ls "$folder"/line/*.csv | sed -n "1ilog
 1,$((units / 10))p" > "$folder/tenth.csv"
 
-# timed NAME COMMAND...: adds "CPU_S PEAK_MB" to NAME.times.
+# timed NAME COMMAND...: runs the command and adds "CPU_S PEAK_MB" to NAME.times.
 timed() {
   local name=$1
   shift

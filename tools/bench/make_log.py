@@ -4,10 +4,12 @@
 
     make_log.py dataflash|dataflash-raw|dataflash-2014|vectornav|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
 
-The unit rests 2 s at a time in one attitude after another, sampled at 100 Hz. What `dataflash` logs
-has been corrected as ArduPilot does: offsets, scales, a polynomial of temperature, a board mounted
-upside down; `dataflash-raw` has ACC and GYR, and IMU for every fourth sample; `dataflash-2014` has what
-ArduCopter 3.1 logged: milliseconds, no temperature, and offsets that were subtracted last. TRUTH.csv then holds the raw readings: time_ns, accel_x…z, gyro_x…z, mag_x…z.
+The unit rests for 2 s in each of many attitudes and is sampled at 100 Hz. `dataflash`: the readings
+are corrected as ArduPilot does it (offsets, scales, a polynomial of temperature), of a board
+mounted upside down. `dataflash-raw`: also ACC and GYR, and IMU only for every fourth sample.
+`dataflash-2014`: what ArduCopter 3.1 logged, with milliseconds, no temperature, and offsets
+subtracted last. TRUTH.csv gets the raw readings (not of ros1 and ros2-db3): time_ns, accel_x…z,
+gyro_x…z, mag_x…z.
 """
 
 import math
@@ -34,7 +36,7 @@ def float32(value):
 
 
 def samples(count):
-    """index, time_ns, acceleration m/s^2, rate rad/s, field uT, temperature degC: all raw."""
+    """Yields index, time_ns and the raw acceleration m/s^2, rate rad/s, field uT, temperature degC."""
     generator = random.Random(20260131)
     for i in range(count):
         if i % (2 * RATE_HZ) == 0:
@@ -243,7 +245,7 @@ def ros1(path, count, _):
             chunk = b""
     if chunk:
         flush()
-    out.write(connections)  # As in a bag's index.
+    out.write(connections)  # A bag's index repeats the connections.
 
 
 def main():

@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Peak memory of `truetriad inspect` and `calibrate` on the 38-pose Xsens recording, and on the
-# same recording 20 and 100 times in a row.
+# Peak memory of `truetriad inspect` and `calibrate` on the 38-pose Xsens recording, and on this
+# recording repeated 20 and 100 times.
 #
 #   tools/bench/memory_flatness.sh [BUILD_FOLDER]     default: build
 #
-# Needs GNU time (Debian: time), and 350 MB in $TMPDIR. The recording is looked for in
+# Needs GNU time (Debian: time) and 350 MB in $TMPDIR. The recording is searched in
 # $TRUETRIAD_SHARED_DATASETS (default: ../shared/datasets).
 set -euo pipefail
 # shellcheck source=tools/bench/recording.sh
 source "$(dirname "$0")/recording.sh"
 need /usr/bin/time
 
-# peak COMMAND...: largest resident memory in MB.
+# peak COMMAND...: prints the largest resident memory in MB.
 peak() {
   /usr/bin/time -f %M -o "$folder/peak" "$@" > "$folder/stdout" &&
     awk '{ printf "%.1f", $1 / 1024 }' "$folder/peak"

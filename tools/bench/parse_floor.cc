@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The least that a program which reads a text recording has to do.
+// Does the least that any program must do to read a text recording, for comparison of times.
 //
 //   parse_floor touch FILE...    maps the files and adds up their bytes
 //   parse_floor parse FILE...    maps the files and converts every number with std::from_chars
 //
-// Prints the sum, so that nothing can be optimised away. No checks, no hash, no statistics.
+// Prints the sum, so that nothing can be optimised away. Does no checks, hash or statistics.
 #include <charconv>
 #include <cstdint>
 #include <cstdio>

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# truetriad beside other calibrators, on the same recordings: CPU time, wall time and peak memory of
-# whole processes in turns, and what each leaves of the readings. Prints the tables of
-# docs/comparison.md.
+# Compares truetriad with other calibrators (peers) on the same recordings: CPU time, wall time and
+# peak memory of whole processes in turns, and the residuals of each calibration. Prints the tables
+# of docs/comparison.md.
 #
 #   IMU_TK=DIR MAG_CAL=DIR ELLIPSOID_FIT=DIR tools/bench/peers.sh [BUILD_FOLDER]      default: build
 #
@@ -12,9 +12,9 @@
 #   MAG_CAL        github.com/furbrain/CircuitPython_mag_cal. Needs python3-numpy.
 #   ELLIPSOID_FIT  github.com/aleksandrbazhin/ellipsoid_fit_python. Needs python3-numpy.
 #
-# A peer that is not given is left out. RUNS (default 25) turns; PYTHON (default python3) runs the
-# peers that are in Python. The recordings are looked for in $TRUETRIAD_SHARED_DATASETS (default:
-# ../shared/datasets). What drives a peer is in tools/bench/peers/ and says what it does; nothing of a
+# A peer without a folder is left out. RUNS (default 25) is the number of turns. PYTHON (default
+# python3) runs the peers in Python. The recordings are searched in $TRUETRIAD_SHARED_DATASETS
+# (default: ../shared/datasets). The drivers of the peers are in tools/bench/peers/; nothing of a
 # peer is in this repository.
 # shellcheck disable=SC2016  # Headings hold backquotes of Markdown.
 set -euo pipefail
@@ -39,29 +39,30 @@ done
 tools/scripts/shared_tables.py --datasets="$logs" --output="$folder/tables"
 survey=$folder/tables/sap5_ab.csv
 
-# given NAME FILE: whether the variable NAME has a checkout that holds FILE.
+# given NAME FILE: whether the variable NAME is set. Ends the script if its folder has no FILE.
 given() {
   if [[ -z ${!1:-} ]]; then
-    echo "$1 is not set: it is left out" >&2
+    echo "$1 is not set: this peer is left out" >&2
     return 1
   elif [[ ! -r ${!1}/$2 ]]; then
-    echo "$1=${!1}: there is no $2, so that is no checkout of it" >&2
+    echo "$1=${!1}: there is no $2, so this folder is no checkout of the peer" >&2
     exit 1
   fi
 }
 
-# measure FILE NAME: COMMAND...: rows «NAME, CPU, wall, peak» of the commands in turns.
+# measure FILE "NAME: COMMAND"...: runs the commands in turns; FILE gets rows «NAME, CPU, wall,
+# peak».
 measure() {
   "$python" "$peers/measure.py" --runs="$runs" "${@:2}" > "$1" || exit 1
 }
 
-# row MEASURED NAME PARAMETERS SIGMA RESIDUAL: one row of a table.
+# row MEASURED NAME PARAMETERS SIGMA RESIDUAL: one table row; MEASURED is a file of `measure`.
 row() {
   awk -F'\t' -v name="$2" -v rest="$3 | $4 | $5" '$1 == name {
     printf "| %s | %s | %s | %s | %s |\n", name, $2, $3, $4, rest }' "$1"
 }
 
-# heading TITLE RESIDUAL: that of a table.
+# heading TITLE RESIDUAL: title and header of a table.
 heading() {
   printf '\n%s\n\n| | CPU [ms] | wall [ms] | peak [MB] | parameters | σ | %s |\n' "$1" "$2"
   echo '|---|---|---|---|---|---|---|'
@@ -72,7 +73,7 @@ calibrate() {
 }
 left() { "$python" "$peers/residuals.py" "$@"; }
 
-# --- The pair of files that imu_tk brings with it.
+# --- The pair of files that imu_tk has as its example.
 pair() {
   local flags options commands=(
     "truetriad: $(calibrate xsens-imu-tk-pair pair)"
@@ -81,7 +82,7 @@ pair() {
     "(start of truetriad): $build/truetriad version")
   local builds=() name
   if given IMU_TK src/calibration.cpp; then
-    # Its own build is -O3; with g++ 12 -O2 is faster, and neither -Ofast, -flto nor -O1.
+    # imu_tk's own build uses -O3. With g++ 12, -O2 is faster; -Ofast, -flto and -O1 are not.
     for flags in "-O2 -DNDEBUG" "-O3 -DNDEBUG"; do
       name="imu_tk $flags"
       local program="$folder/imu_tk${flags// /}"
@@ -89,7 +90,7 @@ pair() {
       g++ -std=c++17 "${options[@]}" -w "-I$IMU_TK/include" -I/usr/include/eigen3 "$peers/imu_tk_main.cc" \
         "$IMU_TK"/src/{calibration,filters,io_utils}.cpp -o "$program" -lceres -lglog
       builds+=("$name")
-      # Initial rest, gravity and start values: those in its example, apps/test_imu_calib.cpp.
+      # Initial rest, gravity and start values are those of imu_tk's apps/test_imu_calib.cpp.
       commands+=("$name: $program $xsens/xsens_acc.mat $xsens/xsens_gyro.mat 50 9.81744 32768 \
         1.597954618e-4 $program.acc $program.gyro")
     done

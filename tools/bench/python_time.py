@@ -1,11 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What Python adds to a calibration, and how fast arrays are corrected. Medians of interleaved runs.
+"""Measures the time that Python adds to a calibration, and how fast arrays are corrected. Prints
+medians.
 
     PYTHONPATH=build/python /usr/bin/python3 tools/bench/python_time.py [BUILD_FOLDER]      default: build
 
-RUNS (default 25) processes of each kind; READINGS (default 1e7) x 3 values in an array. CPU is user and system
-time. From the root of the repository; docs/performance.md.
+RUNS (default 25) processes of each kind run in turns; arrays have READINGS (default 1e7) x 3
+values. CPU is user and system time. Run it from the root of the repository; see
+docs/performance.md.
 """
 import os
 import resource

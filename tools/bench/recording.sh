@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the scripts beside it: the 38-pose Xsens recording, once or many times in a row, in a
-# folder that goes when the script ends. Takes the script's first argument as the build folder. With
-# RECORDING=pair it is the accelerometer's file and the gyroscope's, else the accelerometer's alone.
+# Sourced by the scripts beside it. Provides the 38-pose Xsens recording, once or repeated, in a
+# folder that is removed when the script ends. The script's first argument is the build folder. With
+# RECORDING=pair, the recording has the files of accelerometer and gyroscope, otherwise only the
+# first.
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
 build=${1:-build}
@@ -15,7 +16,7 @@ experiment=configs/experiments/recordings/$name.yaml
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 
-# need FILE...: ends the script when one is missing.
+# need FILE...: ends the script if a file is missing.
 need() {
   for file in "$@"; do
     [[ -r $file ]] || { echo "$file is missing; see docs/performance.md" >&2; exit 1; }
@@ -23,8 +24,8 @@ need() {
 }
 need "$build/truetriad" "${files[@]/#/$logs/}"
 
-# tile TIMES: the recording TIMES in a row, time going on, as $folder/recording.yaml. The two files of
-# the pair hold the same times.
+# tile TIMES: writes the recording TIMES in a row, with times that go on, for
+# $folder/recording.yaml. The two files of the pair hold the same times.
 tile() {
   for file in "${files[@]}"; do
     awk -v times="$1" '
@@ -37,6 +38,6 @@ tile() {
   done
 }
 
-# The manifest of the repository, for the tiled recording.
+# The repository's manifest, changed to name the files that `tile` writes.
 sed 's|file: .*/\(xsens_[a-z]*.mat\)|file: \1|' "configs/recordings/$name.yaml" \
   > "$folder/recording.yaml"

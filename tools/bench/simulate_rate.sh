@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Rows a CPU second of a whole `truetriad simulate`, with one thread: time, nine axes and temperature
-# at 1 kHz as CSV, with white noise, bias instability and random walk on every axis; lying still most
-# of the time, the same with temperature terms in a ramping chamber, and tumbling all the time. The
-# scenarios take turns; medians of RUNS (default 7).
+# Rows per CPU second of a whole `truetriad simulate` with one thread. A row has time, nine axes and
+# temperature, at 1 kHz as CSV; every axis has white noise, bias instability and random walk. Three
+# scenarios take turns: the unit rests most of the time; the same with temperature terms in a
+# ramping chamber; the unit tumbles all the time. Medians of RUNS (default 7).
 #
 #   tools/bench/simulate_rate.sh [BUILD_FOLDER]       default: build
 set -euo pipefail

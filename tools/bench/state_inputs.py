@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inputs of tools/bench/states and prices: each source writes recordings and states their true parameters;
-`run` calibrates a recording with each program and judges the results as tests/trust/trial.cc does."""
+"""Inputs of tools/bench/states and prices. Each source writes recordings with their true parameters; `run`
+calibrates each recording with each program and judges the results as tests/trust/trial.cc does."""
 import ast
 import hashlib
 import json
@@ -26,17 +26,17 @@ except ImportError as missing:
     sys.exit(77)
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-LONGEST_S = 120  # The slowest recording of these takes 6 s.
+LONGEST_S = 120  # The slowest recording takes 6 s.
 ALLOWED_SIGMAS = 5.0  # As in tests/trust.
-# A fault is mild if it is within one sigma of what users need: a third of the strictest bias limit
-# of configs/limits. No preset limits a magnetometer's bias; its value is the limit of
-# configs/experiments on the residual.
+# A fault is mild if it is at most one sigma of the accuracy that users need: a third of the
+# strictest bias limit of configs/limits. No preset limits a magnetometer's bias, so its value is
+# the limit of the residual in configs/experiments.
 NEEDED = {"accelerometer": 0.196 / 3, "gyroscope": 8.73e-3 / 3, "magnetometer": 0.5}
 UNIT_OF = {"m/s2": "accelerometer", "rad/s": "gyroscope", "uT": "magnetometer"}
 SENSORS = {"accelerometer": "a", "gyroscope": "g", "magnetometer": "m"}
 
-# Scenario, experiment, overrides, and whether it is one of the twelve of the clean fleet, of which
-# tests/trust takes 300 units each; the others are working regimes. {here} is the unit's folder.
+# Scenario, experiment, overrides, and whether the combination is part of the clean fleet (twelve
+# are, with 300 units each in tests/trust) or another working regime. {here} is the unit's folder.
 FLEETS = [
     ("fleet", "nine-axis", [], True), ("consumer-9dof", "nine-axis", [], True),
     ("late-magnetometer", "nine-axis", [], True), ("fleet", "joint", [], True),
@@ -57,12 +57,12 @@ FLEETS = [
                             "attitudes.file={here}/attitudes.csv"], False),
     ("fleet", "nine-axis", ["sensors.gyroscope.g_sensitivity=true"], False),
 ]
-UNITS_A_CHUNK = 25  # One seed; 2 GB of a chamber's recordings at a time would be too much.
+UNITS_A_CHUNK = 25  # Units with one seed. All at once, a chamber's recordings would take 2 GB.
 FLEET_SEED = 4242
 
 
 def digest(folder):
-    """Hash of a recording's bytes, which shows whether two results are of the same input."""
+    """Hash of a recording's bytes, to show whether two results have the same input."""
     total = hashlib.sha256()
     for path in sorted(pathlib.Path(folder).glob("*.csv*")):
         total.update(path.read_bytes())
@@ -70,7 +70,7 @@ def digest(folder):
 
 
 def look_up(tree, name):
-    """The value of a parameter by the name that a covariance gives it; None if there is none."""
+    """The value of the parameter that a covariance calls `name`; None if `tree` has no such value."""
     words = name.split(".")
     if words[0] == "reference":
         return tree.get("reference", {}).get(words[1])
@@ -87,8 +87,8 @@ def look_up(tree, name):
 
 
 def gauge_rotation(gauge, lead):
-    """As src/model/gauge.cc: the rotation into the body frame that a gauge attaches to the leading sensor.
-    A matrix that is already in this frame is not turned."""
+    """The rotation into the body frame that a gauge attaches to the leading sensor, as in src/model/gauge.cc.
+    If the matrix `lead` is already in this frame, the rotation is the identity."""
     if gauge == "fixture":
         return np.eye(3)
     sign = -1.0 if lead[0, 0] < 0 else 1.0
@@ -109,8 +109,8 @@ def gauge_rotation(gauge, lead):
 
 
 def true_of(truth, found, rest_errors):
-    """The truth in the form of a result: in its gauge, with the terms at its reference temperature, and
-    with the biases as they were over the rests that the result used."""
+    """The truth in the form of the result `found`: in its gauge, and with the mean biases over the rests that
+    the result used."""
     true = json.loads(json.dumps(truth))
     lead = true["sensors"].get(found.get("gauge_sensor"))
     quality = found["quality"]
@@ -134,7 +134,7 @@ def true_of(truth, found, rest_errors):
 
 
 def take_out_scale(names, covariance, found, true):
-    """If the field's strength is nominal, the common scale of a magnetometer's gains is not judged."""
+    """If the field strength is nominal: takes the common scale of the gains out of `true` and `covariance`."""
     at = [names.index(f"magnetometer.sensitivity.{a}{b}") for a in "xyz" for b in "xyz"]
     gains = np.array(found["sensors"]["magnetometer"]["sensitivity"])
     of_true = np.array(true["sensors"]["magnetometer"]["sensitivity"])
@@ -146,7 +146,7 @@ def take_out_scale(names, covariance, found, true):
 
 
 def judge(found, truth, rest_errors):
-    """z by parameter, chi2 of all with its dimension; without the reference, which is not the unit's."""
+    """z by parameter, then chi2 of all and its dimension. References are left out: they are not the unit's."""
     names = found["covariance"]["parameters"]
     covariance = np.array(found["covariance"]["matrix"])
     true = true_of(truth, found, rest_errors)
@@ -159,9 +159,9 @@ def judge(found, truth, rest_errors):
     at, errors = [], []
     for i, name in enumerate(names):
         value, right = look_up(found, name), look_up(true, name)
-        # What a truth does not list is zero, as a quadratic term that the unit lacks.
+        # A parameter that the truth does not list is zero, such as a quadratic term.
         right = 0.0 if right is None and not name.startswith("reference") else right
-        is_free = covariance[i, i] > 1e-20 * largest[name.rsplit(".", 1)[0]]  # As compare.cc has it.
+        is_free = covariance[i, i] > 1e-20 * largest[name.rsplit(".", 1)[0]]  # As in compare.cc.
         if value is not None and right is not None and is_free and not name.startswith("reference"):
             at.append(i)
             errors.append(value - right)
@@ -180,7 +180,7 @@ def rounded(value, digits):
 
 
 def parameters_of(found, z):
-    """[value, sigma, z] by name: values to a thousandth of their sigma."""
+    """[value, sigma, z if known] by name; values are rounded to a thousandth of their sigma."""
     listed = {}
     covariance = found.get("covariance") or {"parameters": [], "matrix": []}
     for i, name in enumerate(covariance["parameters"]):
@@ -218,7 +218,7 @@ def read_result(code, stdout, output, truth, trial):
         result |= {"outcome": "right" if is_right else "wrong", "worst": worst,
                    "chi2": rounded(chi2, 4), "size": size}
     else:
-        result["outcome"] = "right"  # Without a truth this says no more than usable.
+        result["outcome"] = "right"  # Without a truth, "right" means only usable.
     return {**result, "p": parameters_of(found, z)}
 
 
@@ -234,8 +234,8 @@ def calibrate(program, arguments, output, truth=None, trial={}, folder=None, env
 
 
 def with_each(programs, about, arguments, output, **judged):
-    """The row of a recording: what it is, and the result of each program. If `programs` is a function, it
-    makes the results: programs(name, of), by calls of of(program, **environment)."""
+    """The row of a recording: `about`, and the result of each program. If `programs` is a function, it makes
+    the results: programs(name, of) calls of(program, **environment)."""
     def of(program, **environment):
         return calibrate(program, arguments, output, environment=environment, **judged)
     results = programs(about["id"], of) if callable(programs) else {
@@ -249,7 +249,7 @@ def read_truth(path):
     return yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 
-# Each source: a list of jobs, and a function that yields the rows of one.
+# Each source has a function that lists its jobs, and a function that yields the rows of one job.
 
 def trust_jobs(plan, wants_faults, wants_clean):
     wanted = [(False, *plan["trust"])] * wants_faults + [(True, *plan["clean"])] * wants_clean
@@ -258,7 +258,7 @@ def trust_jobs(plan, wants_faults, wants_clean):
 
 
 def is_mild_trial(trial):
-    """Whether a fault adds to a bias or the field no more than NEEDED, known from three rests or more."""
+    """Whether the fault adds at most NEEDED to a bias or the field. Biases must be known from three rests."""
     fault = trial["kind"].split(" (")[0].split(",")[0]
     if trial["second"] or not trial["can_be_seen"]:
         return False
@@ -276,7 +276,7 @@ def trust_rows(options, folder, first, count, is_clean):
     for seed in range(first, first + count):
         own = f"{folder}/{seed}"
         if not os.path.exists(f"{own}/trial.json"):
-            continue  # What cannot be simulated is no recording.
+            continue  # The trial could not be simulated.
         trial = json.loads(pathlib.Path(f"{own}/trial.json").read_text())
         source = "regimes" if is_clean else "trust"
         about = {"id": f"{source}/{seed}", "kind": trial["kind"], "seen": trial["can_be_seen"],
@@ -287,7 +287,7 @@ def trust_rows(options, folder, first, count, is_clean):
 
 
 def generator_modules(folder):
-    """All kinds, those that no recording can show, and of these the ones of `joint` alone."""
+    """`sim`; all kinds; those of motion; those that no recording can show; those that `joint` cannot show."""
     sys.path.insert(0, str(folder))
     import sim  # noqa: PLC0415  (the generators' folder is known only now)
     from suite3 import SC, SC2, SC3  # noqa: PLC0415
@@ -309,7 +309,7 @@ def generator_jobs(plan, folder):
 
 
 def is_mild_text(kind, severity):
-    """Whether the severity is an error in uT, m/s2 or rad/s that users tolerate; a clipped range is not."""
+    """Whether the severity states an error in uT, m/s2 or rad/s that users tolerate. Clipping is never mild."""
     stated = re.search(r"([\d.]+(?:e[-+]?\d+)?) (uT|m/s2|rad/s)\b(?! per)", severity)
     return (bool(stated) and "clip" not in kind
             and float(stated[1]) <= NEEDED[UNIT_OF[stated[2]]])
@@ -355,7 +355,7 @@ def fleet_rows(options, folder, scenario, chunk, units):
         here = str(manifest.parent)
         truth, bytes_of = read_truth(f"{here}/truth.yaml"), digest(here)
         for own, experiment, overrides, is_fleet in FLEETS:
-            if own != scenario or not (is_fleet or chunk == 0):  # Of a regime a slice is enough.
+            if own != scenario or not (is_fleet or chunk == 0):  # One chunk of a regime is enough.
                 continue
             source = "fleet" if is_fleet else "regimes"
             kind = " ".join([f"{scenario} by {experiment}", *([] if is_fleet else overrides)])
@@ -378,7 +378,7 @@ streams:
 
 
 def prepare_recordings(folder, shared):
-    """A tree like the checkout's, whose experiments find the shared recordings and their tables."""
+    """Makes a copy of the checkout's configs, in which experiments find the shared recordings and tables."""
     tree = pathlib.Path(folder) / "checkout"
     shutil.copytree(ROOT / "configs", tree / "configs")
     os.symlink(ROOT / "datasets", tree / "datasets")
@@ -390,7 +390,7 @@ def prepare_recordings(folder, shared):
 
 
 def recording_jobs(tree, shared):
-    """Every experiment on its own input, and on the other units of the same data set."""
+    """Every experiment on its own input; some experiments also on other units of the same data set."""
     experiments = tree / "configs" / "experiments"
     jobs = [("recordings", str(path.relative_to(experiments).with_suffix("")), None)
             for path in sorted(experiments.rglob("*.yaml"))]
@@ -422,7 +422,7 @@ def case_jobs(shared):
     return [("cases", path.parent.name) for path in sorted((shared / "cases").glob("*/README.md"))]
 
 
-# Keeps what each call wrote, since the next may write there, too.
+# Replaces truetriad: runs it and keeps each call's output, since the next may use the same folder.
 WRAPPER = """#!/bin/sh
 [ "$1" = calibrate ] && json=--json
 number=$(grep -c "" "{1}/ran")
@@ -440,7 +440,7 @@ exit $code
 
 
 def case_rows(options, folder, name):
-    """Runs a case's command as its README.md states it: up to two blanks."""
+    """Runs a case's command: the text in README.md from `Command: ` up to two blanks."""
     source, rows = options["shared"] / "cases" / name, {}
     command = re.search(r"^Command: (.*?)(?:  .*)?$", (source / "README.md").read_text(), re.M)[1]
     for state, program in options["programs"].items():
@@ -467,7 +467,8 @@ def case_rows(options, folder, name):
     yield from rows.values()
 
 
-# Instruction counts, which do not depend on the machine, of what docs/performance.md times.
+# The runs of docs/performance.md. Their instructions are counted: counts do not depend on the
+# machine.
 COSTS = {
     "nine-axis unit": ["--config={configs}/experiments/nine-axis.yaml"],
     "Xsens pair": ["--config={configs}/experiments/recordings/xsens-imu-tk-pair.yaml"],
@@ -503,7 +504,7 @@ def cost_rows(options, folder, name):
         command = [*counter, program, "calibrate", *arguments, f"--output={folder}/{state}", "--report=false"]
         ran = subprocess.run(command, capture_output=True, text=True, check=False)
         count = re.search(r"Collected : (\d+)", ran.stderr)
-        # A refusal costs less, and says nothing of a calibration.
+        # A refusal costs less, and does not show the cost of a calibration.
         counted[state] = int(count[1]) if count and ran.returncode in (0, 4) else None
     yield {"id": f"cost/{name}", "of": counted}
 
@@ -513,14 +514,15 @@ ROWS = {"trust": trust_rows, "generators": generator_rows, "fleet": fleet_rows, 
 
 
 def run(options, job):
-    """All rows of a job, in a folder of its own that is removed afterwards."""
+    """All rows of a job, made in a temporary folder."""
     with tempfile.TemporaryDirectory(prefix="states-", dir=options["folder"]) as folder:
         return list(ROWS[job[0]](options, folder, *job[1:]))
 
 
 # Running them.
 
-# Seeds and counts; --quick is a slice of the whole, so that its rows pair with those of a whole record.
+# (First seed, count) of sources. --quick is part of the whole, so its rows pair with a whole
+# record.
 WHOLE = {"trust": (30_000, 1000), "clean": (200_000, 210), "generators": (0, 2), "generator_stride": 1,
          "units": 300, "costs": list(COSTS)}
 QUICK = {"trust": (30_000, 200), "clean": (200_000, 14), "generators": (0, 1), "generator_stride": 4,
@@ -543,18 +545,18 @@ def jobs_of(plan, options, wanted):
             "fleet": fleet_jobs(plan, "fleet" in wanted),
             "cost": [("cost", name) for name in plan["costs"]]}
     chosen = {"trust": {"trust", "regimes"}, "fleet": {"fleet", "regimes"}}
-    # What lasts longest comes first, so that no core waits for it at the end.
+    # The longest jobs come first, so that no core waits for them at the end.
     return [job for source in ("cost", "fleet", "trust", "generators", "recordings", "cases")
             if chosen.get(source, {source}) & wanted for job in jobs[source]]
 
 
-OPTIONS = {}  # Set before workers are forked, which have it then.
+OPTIONS = {}  # Set before the workers are forked, so that they inherit it.
 
 
 def run_job(job):
     try:
         return run(OPTIONS, job)
-    except Exception as error:  # One job's failure is no reason to lose the others.
+    except Exception as error:  # If one job fails, the others go on.
         print(f"{job}: {error!r}", file=sys.stderr, flush=True)
         return None
 

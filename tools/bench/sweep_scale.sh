@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Time and peak memory of a temperature sweep's calibration, beside those of `inspect` on the same log:
-# nine axes and a temperature at 1 kHz, ever longer logs.
+# Time and peak memory of a temperature sweep's calibration and of `inspect` on the same log. Logs
+# of growing length have nine axes and a temperature at 1 kHz.
 #
 #   tools/bench/sweep_scale.sh [BUILD_FOLDER]     default: build
 #   MINUTES="50 220 840" tools/bench/sweep_scale.sh
 #
-# Needs GNU time (Debian: time), and 5 MB a minute of log in $TMPDIR for the longest one.
+# Needs GNU time (Debian: time) and, in $TMPDIR, 5 MB per minute of the longest log.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 build=${1:-build}
@@ -16,7 +16,7 @@ for program in /usr/bin/time "$build/truetriad"; do
   [[ -x $program ]] || { echo "$program is missing; see docs/performance.md" >&2; exit 1; }
 done
 
-# Up and down at two rates, 160 degC of way up at each, in the minutes that there are.
+# Writes a scenario of $1 minutes: from -20 to 60 degC and back at a slow rate, then at a fast one.
 scenario() {
   awk -v minutes="$1" -v folder="$PWD" 'BEGIN {
     slow = 80 / (0.6 * minutes); fast = 80 / (0.3 * minutes)
@@ -47,7 +47,7 @@ sensors:
 poses: { sweep: auto }
 EOF
 
-# measure COMMAND...: CPU seconds, wall seconds, peak resident MB.
+# measure COMMAND...: prints CPU seconds, wall seconds and peak resident MB.
 measure() {
   /usr/bin/time -f '%U %S %e %M' -o "$folder/time" "$@" > "$folder/stdout" 2> "$folder/stderr" ||
     { cat "$folder/stderr" >&2; exit 1; }

@@ -1,8 +1,8 @@
-# What a content-security policy names a script by: "sha256-" and the hash of the file's bytes in base64.
+# A script's name in a content security policy: "sha256-" and the hash of the file in base64.
 function(truetriad_content_hash file result)
   set(alphabet "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/")
   file(SHA256 ${file} hex)
-  # 32 bytes and one more, three at a time as four letters; the last letter is of that one alone.
+  # Three bytes give four letters: a byte is appended to the 32, and its own letter is cut off.
   string(APPEND hex "00")
   set(text "")
   foreach(at RANGE 0 63 6)

@@ -1,4 +1,4 @@
-# Everything comes from Debian 12; tools/packages.txt lists the packages.
+# All dependencies come from Debian 12; tools/packages.txt lists the packages.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(Ceres 2.1 REQUIRED)
 find_package(glog REQUIRED)
@@ -10,7 +10,7 @@ find_package(SQLite3 REQUIRED)
 find_package(Boost 1.74 REQUIRED)
 find_package(Threads REQUIRED)
 find_package(PkgConfig REQUIRED)
-# Linked by name, so that who uses the installed library need not look for them.
+# These are linked by name, so that a user of the installed library need not find them in CMake.
 pkg_check_modules(NETTLE REQUIRED nettle)
 pkg_check_modules(GEOGRAPHICLIB REQUIRED geographiclib)
 pkg_check_modules(LIBPQ REQUIRED libpq)
@@ -20,7 +20,7 @@ if(TRUETRIAD_MATIO)
   pkg_check_modules(HDF5 IMPORTED_TARGET hdf5)
 endif()
 if(TRUETRIAD_PYTHON)
-  # Debian's pybind11 and NumPy are those of Debian's Python, whatever comes first on the PATH.
+  # Debian's pybind11 and NumPy need Debian's Python, whatever Python comes first in PATH.
   if(NOT Python_EXECUTABLE AND EXISTS /usr/bin/python3)
     set(Python_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The Python that the module is for")
   endif()

@@ -1,5 +1,5 @@
-# What `cmake --install` puts where: the component `program` is what runs, `python` the module,
-# `development` what a project that uses the library needs.
+# States what `cmake --install` installs where. Components: `program`, the program; `python`, the
+# module; `development`, all that a project needs to use the library.
 include(CMakePackageConfigHelpers)
 
 # --- program
@@ -7,16 +7,16 @@ install(TARGETS truetriad RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT 
 set(share ${CMAKE_INSTALL_DATADIR}/truetriad)
 install(DIRECTORY share/truetriad/ DESTINATION ${share} COMPONENT program)
 install(DIRECTORY configs datasets DESTINATION ${share} COMPONENT program
-  # Experiments on recordings that are not part of the project.
+  # Left out: experiments on recordings that are not part of the project.
   PATTERN recordings EXCLUDE)
 set(doc ${CMAKE_INSTALL_DATADIR}/doc/truetriad)
 install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${doc} COMPONENT program)
 install(DIRECTORY docs examples DESTINATION ${doc} COMPONENT program
-  # Of those who change the source.
+  # Left out: the page for those who change the source.
   PATTERN code.md EXCLUDE)
 install(DIRECTORY tools/slurm tools/parallel DESTINATION ${doc}/tools COMPONENT program
   USE_SOURCE_PERMISSIONS)
-# Of what the program holds of others: Debian's packages say it.
+# The licences of libraries that the program contains, from Debian's packages.
 foreach(package IN ITEMS libceres-dev libeigen3-dev libgoogle-glog-dev libgflags-dev libyaml-cpp-dev zlib1g-dev
                          libsqlite3-dev nettle-dev libgeographiclib-dev nlohmann-json3-dev libboost1.74-dev)
   if(EXISTS /usr/share/doc/${package}/copyright)

@@ -1,13 +1,13 @@
-# Included by the install script: texts say what is typed where the program is installed, in any
-# folder, instead of from the root of the repository. `share` is the folder of configs and datasets
-# in the prefix.
+# Included by the install script. Changes the installed texts: their commands then hold for the
+# installed program in any folder, not for the root of the repository. `share` is the folder of
+# configs and datasets in the prefix.
 function(rewrite_installed_texts share)
   set(prefix $ENV{DESTDIR}${CMAKE_INSTALL_PREFIX})
   foreach(pattern ${ARGN})
     file(GLOB texts ${prefix}/${pattern})
     foreach(text_file ${texts})
       file(READ ${text_file} text)
-      # What is about the source alone stands between two comments.
+      # Removes the parts about the source, which stand between two comments.
       while(text MATCHES "<!-- source -->")
         string(FIND "${text}" "<!-- source -->" begin)
         string(FIND "${text}" "<!-- /source -->\n" end)

@@ -1,11 +1,11 @@
 # truetriad_layer(name SOURCES ... DEPENDS lower layers ... LIBS PRIVATE third-party ...)
 #
-# One static library a layer, `truetriad::<name>`. A layer links only what stands below it, so an
-# upward call does not link. Private headers sit beside their .cc and are included from src/.
+# Each layer is a static library, `truetriad::<name>`. A layer links only the layers below it, so an
+# upward call does not link. Private headers are beside their .cc and are included from src/.
 #
-# OF_PROGRAM: not installed; for the program and the tests.
-# BATCH n: compiles n sources at a time as one, since headers are most of every compile. Names in
-# unnamed namespaces are then shared within a room. -DCMAKE_UNITY_BUILD=OFF compiles each alone.
+# OF_PROGRAM: the layer is not installed; only the program and the tests use it. BATCH n: compiles n
+# sources at a time as one, since headers take most of every compilation. Names in unnamed
+# namespaces must then differ within the layer. -DCMAKE_UNITY_BUILD=OFF compiles each alone.
 function(truetriad_layer name)
   cmake_parse_arguments(ARG "OF_PROGRAM" "BATCH" "SOURCES;DEPENDS;LIBS;PUBLIC_LIBS" ${ARGN})
   set(target truetriad_${name})
@@ -30,7 +30,7 @@ function(truetriad_layer name)
   endif()
 endfunction()
 
-# truetriad_batch(target n): n sources at a time are one to the compiler.
+# truetriad_batch(target n): compiles n sources at a time as one.
 function(truetriad_batch target size)
   if(DEFINED CMAKE_UNITY_BUILD)
     return()
@@ -38,8 +38,8 @@ function(truetriad_batch target size)
   set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
 endfunction()
 
-# truetriad_precompiled(target): Eigen and the standard library are most of every compile; they are
-# read once for all libraries and the program, by the target that is built first.
+# truetriad_precompiled(target): Eigen and the standard library take most of every compilation. They
+# are compiled once, by truetriad_base, for all layers.
 function(truetriad_precompiled target)
   if(target STREQUAL truetriad_base)
     target_precompile_headers(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src/base/precompiled.h)
@@ -48,18 +48,18 @@ function(truetriad_precompiled target)
   endif()
 endfunction()
 
-# truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program a folder, found by CTest.
+# truetriad_test(name SOURCES ... LIBS ...): one GoogleTest program per folder, known to CTest.
 #
-# The sources are compiled some at a time as one; so that their helpers do not meet, the names of a
+# Several sources are compiled as one. So that helpers of the same name do not clash, the names of a
 # test x_test.cc are in a namespace x_test.
 #
-# TOGETHER pattern: tests of such names are one to CTest, since they share what takes long to set up.
+# TOGETHER pattern: CTest runs tests of such names as one test, since they share a long preparation.
 function(truetriad_test name)
   cmake_parse_arguments(ARG "" "TOGETHER" "SOURCES;LIBS;LABELS" ${ARGN})
   set(target ${name}_test)
   add_executable(${target} ${ARG_SOURCES})
   truetriad_compile_options(${target})
-  # What takes long is in the libraries; a third of the time that the tests take to compile.
+  # The slow code is in the libraries, so -O1 is enough; tests compile in a third of the time.
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
   truetriad_batch(${target} 6)
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
@@ -68,7 +68,7 @@ function(truetriad_test name)
     TRUETRIAD_SHARED_DATASETS="${TRUETRIAD_SHARED_DATASETS}"
     TRUETRIAD_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
     TRUETRIAD_BINARY="$<TARGET_FILE:truetriad>")
-  # Likewise for all tests, by the first of them.
+  # The first test program precompiles headers for all test programs.
   if(TARGET truetriad_base_test AND NOT target STREQUAL truetriad_base_test)
     target_precompile_headers(${target} REUSE_FROM truetriad_base_test)
   else()

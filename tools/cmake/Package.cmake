@@ -1,10 +1,10 @@
-# Debian packages by cpack (tools/package.sh): truetriad is the program, python3-truetriad the
-# Python module, libtruetriad-dev the library.
+# Debian packages, made by cpack (tools/package.sh): truetriad holds the program, python3-truetriad
+# the Python module, libtruetriad-dev the library.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME truetriad)
 set(CPACK_PACKAGE_CONTACT "truetriad <truetriad@localhost>")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
-# By DESTDIR, so that the install script knows the final prefix.
+# With DESTDIR, the install script knows the final prefix.
 set(CPACK_SET_DESTDIR ON)
 set(CPACK_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -18,7 +18,7 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME truetriad)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
-# Loaded when a store on PostgreSQL is asked for.
+# libpq is loaded at run time, if a store is in PostgreSQL.
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS libpq5)
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SUGGESTS nodejs)
 
@@ -27,7 +27,7 @@ if(TARGET truetriad_python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-truetriad)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
-  # The module is for this version alone.
+  # The module works only with the Python version that it was built for.
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
     "python3 (>= ${Python_VERSION_MAJOR}.${Python_VERSION_MINOR}), python3 (<< ${Python_VERSION_MAJOR}.${next_python}), python3-numpy")
 endif()

@@ -1,18 +1,19 @@
-# What the program links besides the C library it holds itself, where Debian has archives: thirty shared
-# libraries less to find and relocate, which took longer than a calibration's estimate. Changes imported
-# targets within this build alone: who uses the installed library links as Debian's packages say.
+# If Debian has archives of libraries, the program contains these (but not the C library). So thirty
+# fewer shared libraries are found and relocated at the start, which took longer than estimation.
+# Imported targets change only in this build: users of the library link as Debian's packages state.
 option(TRUETRIAD_STATIC "Link libraries from their archives, where these are installed" ON)
 if(NOT TRUETRIAD_STATIC OR TRUETRIAD_SANITIZE OR TRUETRIAD_FUZZ)
   return()
 endif()
 
-# Most archives are of code that may not be part of a module (no -fPIC): Python's links the shared ones.
-# What stands for a library is chosen by what is linked, so that the imported target itself is empty.
+# Most archives have no -fPIC and cannot be part of a module: Python's module links shared
+# libraries. The type of the linking target chooses; the imported target itself becomes an empty
+# archive.
 set(nothing ${PROJECT_BINARY_DIR}/libnothing.a)
 file(WRITE ${nothing} "!<arch>\n")
 
-# truetriad_link_archive(target archive [needs...]): the imported target is linked from lib<archive>.a, if
-# there, which needs what follows.
+# truetriad_link_archive(target archive [needs...]): links the imported target from lib<archive>.a,
+# if this is installed; `needs` are the libraries that the archive needs.
 function(truetriad_link_archive target archive)
   find_library(TRUETRIAD_ARCHIVE_${archive} lib${archive}.a)
   find_library(TRUETRIAD_SHARED_${archive} lib${archive}.so)
@@ -40,17 +41,17 @@ truetriad_link_archive(glog::glog glog
 truetriad_link_archive(yaml-cpp yaml-cpp)
 truetriad_link_archive(ZLIB::ZLIB z)
 truetriad_link_archive(SQLite::SQLite3 sqlite3)
-# Linked by name: an imported target of that name stands for the archive.
+# These libraries are linked by name, so an imported target of that name stands for the archive.
 foreach(name IN ITEMS nettle GeographicLib)
   add_library(${name} STATIC IMPORTED)
   truetriad_link_archive(${name} ${name})
 endforeach()
 
-# The C++ library, too.
+# Programs contain the C++ library, too.
 add_link_options($<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-static-libstdc++>
                  $<$<STREQUAL:$<TARGET_PROPERTY:TYPE>,EXECUTABLE>:-static-libgcc>)
 
-# Ceres itself is an archive, and most of what starts with the program are sparse solvers and LAPACK,
-# which the dense Eigen solver (src/solve) never calls.
+# Ceres is an archive already. Most libraries that it needs are sparse solvers and LAPACK, which the
+# dense Eigen solver (src/solve) never calls; so they are not linked.
 set_target_properties(Ceres::ceres PROPERTIES INTERFACE_LINK_LIBRARIES
   "Threads::Threads;glog::glog;gflags;Eigen3::Eigen;truetriad_unreached")

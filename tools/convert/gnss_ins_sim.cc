@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Converts the output of gnss-ins-sim, a file for each sensor and one of the times, to a recording.
+// Converts the output of gnss-ins-sim to a recording: one file of times and one for each sensor.
 #include <array>
 #include <cstdio>
 #include <filesystem>
@@ -27,7 +27,7 @@ Result<std::unique_ptr<CsvReader>> Open(const fs::path& path) {
   return CsvReader::Open(path.string(), layout);
 }
 
-/// The file of one sensor, with its columns assigned.
+/// The opened file of one sensor; its columns are assigned to the axes.
 struct SensorFile {
   TriadColumns triad;
   std::unique_ptr<CsvReader> csv;
@@ -86,7 +86,7 @@ Status CopyRows(CsvReader* time, std::vector<SensorFile>* sensors, Table* table)
     if (*count == 0) return {};
     for (std::size_t i = 0; i < *count; ++i) {
       if (time->Times(0)[i] == CsvReader::kMissingTime) {
-        return Error(ErrorCode::kUnreadableNumber, {time->path(), time->Line(i)}, "no time");
+        return Error(ErrorCode::kUnreadableNumber, {time->path(), time->Line(i)}, "has no time");
       }
       std::array<double, 9> readings{};
       for (std::size_t sensor = 0; sensor < sensors->size(); ++sensor) {

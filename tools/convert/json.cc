@@ -23,7 +23,7 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kDeepest = 8;  ///< Nested objects; deeper ones are left out.
+constexpr int kDeepest = 8;  ///< Levels of nested objects; deeper ones are left out.
 
 double NumberOf(const Json* value) {
   const bool is_one = value != nullptr && value->is_number();
@@ -36,8 +36,8 @@ bool AreNumbers(const Json& list) {
   });
 }
 
-/// Numbers, or lists of equally many numbers, as rows of a matrix; null and missing values become
-/// NaN.
+/// The matrix whose rows are numbers, or lists of equally many numbers; null and missing values
+/// become NaN. Nullopt: the rows are anything else.
 std::optional<Matrix> MatrixOf(const std::vector<const Json*>& rows) {
   std::size_t columns = 0;
   for (const Json* row : rows) {
@@ -59,7 +59,7 @@ std::optional<Matrix> MatrixOf(const std::vector<const Json*>& rows) {
   return matrix;
 }
 
-/// The fields of records by name, with one value for every record.
+/// The fields of records by name: for each record its value, or nullptr if it lacks the field.
 using Fields = std::map<std::string, std::vector<const Json*>>;
 
 void CollectFields(const Json& record,
@@ -111,7 +111,7 @@ void Collect(const Json& value,
   }
 }
 
-/// `text` with NaN and infinities, which Python writes but JSON forbids, replaced by null.
+/// Replaces NaN and infinities, which Python writes but JSON forbids, by null.
 std::string WithoutNan(const std::string& text) {
   constexpr std::array<std::string_view, 4> kWords = {"NaN", "Infinity", "-Infinity", "-NaN"};
   std::string clean;
@@ -133,7 +133,8 @@ std::string WithoutNan(const std::string& text) {
   return clean;
 }
 
-/// `twice`: receives a name that an object has twice; else unchanged.
+/// Parses JSON. If an object has a name twice, `twice` receives the name; otherwise it is
+/// unchanged.
 Json ParseOnce(const std::string& text, std::string* twice) {
   std::vector<std::set<std::string>> names;
   const auto look = [&](int /*depth*/, Json::parse_event_t event, Json& parsed) {
@@ -148,7 +149,7 @@ Json ParseOnce(const std::string& text, std::string* twice) {
   return Json::parse(text, look);
 }
 
-/// One object or one list of numbers on each line. Nullopt: other contents.
+/// Parses a text with one object or one list of numbers on each line. Nullopt: any other text.
 std::optional<Json> ParseLines(const std::string& text) {
   Json records = Json::array();
   std::istringstream lines(text);
@@ -164,10 +165,11 @@ std::optional<Json> ParseLines(const std::string& text) {
   return records;
 }
 
-/// The numbers of a JSON file. Values in objects are named by their keys, "imu.acc"; a list of
-/// numbers is a column, a list of lists a matrix, and a list of objects (or a file with one on each
-/// line) has a row for each: {"t": 0, "acc": [1, 2, 3]} gives `t` and `acc`. null, and NaN as some
-/// programs write it, is no number. Anything else is left out. Error: unreadable, or not JSON.
+/// Reads the numbers of a JSON file. Keys of objects name them: "imu.acc". A list of numbers is a
+/// column, a list of lists a matrix. In a list of objects, or a file with one object on each line,
+/// each object is a row: {"t": 0, "acc": [1, 2, 3]} gives `t` and `acc`. null is no number, and
+/// neither is NaN, which some programs write. Other contents are left out. Error: unreadable, or
+/// not JSON.
 Result<VariableFile> Open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   std::ostringstream content;

@@ -23,11 +23,11 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr int kDeepest = 8;  ///< Nested structs whose fields get a name.
+constexpr int kDeepest = 8;  ///< Levels of nested structs whose fields get a name.
 constexpr char kIncomplete[] =
     "is damaged: a variable is incomplete, and later ones may be missing";
 
-/// Classes of a matrix: the number in version 5, a word in version 7.3.
+/// Classes of a matrix. Version 5 states the number, version 7.3 the word of kKinds.
 enum Kind : std::uint32_t {
   kStruct = 2,
   kObject,
@@ -56,7 +56,7 @@ constexpr std::array<std::string_view, kCount> kKinds = {"",
                                                          "function_handle"};
 constexpr bool IsNumeric(std::uint32_t kind) { return kind >= kDouble && kind <= kUint64; }
 
-/// An object of a file by name.
+/// An object found in a file.
 struct Found {
   std::string name = {};
   std::uint32_t kind = 0;
@@ -104,14 +104,14 @@ Error Damaged(const std::string& path, const std::string& name) {
 constexpr std::size_t kTag = 8;        ///< Type and size of an element: two words.
 constexpr std::size_t kHeader5 = 128;  ///< Text, version and byte order of the file.
 constexpr int kDeepestCell = 64;       ///< Most nested cells: bounds the depth of recursion.
-constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Types of elements.
-constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Largest read at once.
+constexpr std::uint32_t kMatrix = 14, kCompressed = 15;  // Two types of elements.
+constexpr std::size_t kChunk = std::size_t{1} << 14U;    ///< Most bytes read at once.
 
-/// Cells and elements of structs in all variables together: one takes only eight bytes of zeros in
-/// the file, which compress to almost nothing.
+/// Most cells and elements of structs in all variables together. Without this limit a small file
+/// could need much memory: a cell takes eight bytes of zeros, which compress to almost nothing.
 constexpr int kMostCells = 250'000;
 
-/// A type of stored numbers.
+/// A type of numbers in a file, and how to read one.
 struct NumberType {
   std::uint32_t type;
   std::size_t size;
@@ -139,7 +139,7 @@ std::uint32_t WordAt(std::string_view bytes, std::size_t offset, bool is_swapped
   return is_swapped ? __builtin_bswap32(word) : word;
 }
 
-/// The unpacked data; if they are damaged or truncated, the part before that.
+/// The unpacked data; if they are damaged or truncated, the part before the damage.
 std::string Inflated(std::string_view packed) {
   z_stream stream{};
   std::string content;
@@ -160,11 +160,12 @@ std::string Inflated(std::string_view packed) {
   return content;
 }
 
-/// Walks through a matrix and its nested ones. A matrix is sound if it is complete and has the
-/// bytes for each of its numbers or cells, down to the innermost.
+/// Walks through a matrix and the matrices in it. A matrix is sound if it is complete, has the
+/// bytes for each of its numbers or cells, and holds only sound matrices.
 class Walk {
  public:
-  /// `cells`: how many more are allowed. `wanted`: the matrix whose numbers are read; empty: none.
+  /// `cells`: how many more cells are allowed. `wanted`: the matrix whose numbers are read; empty:
+  /// none.
   Walk(ByteStream* content, bool is_swapped, int* cells, std::string wanted = "")
       : content_(content), is_swapped_(is_swapped), cells_(cells), wanted_(std::move(wanted)) {}
 
@@ -182,7 +183,7 @@ class Walk {
   static constexpr std::uint32_t kComplexFlag = 0x800U;   // In the array flags.
   static constexpr std::size_t kLongestText = 1U << 20U;  // All field names of a struct.
 
-  /// Whether an element is sound; its size, at most `left` bytes, is subtracted from `left`.
+  /// Whether an element is sound. Subtracts its size, at most `left` bytes, from `left`.
   bool IsSoundElement(std::uint64_t* left, int depth, const std::optional<std::string>& name) {
     const auto words = TakeWords(2, left);
     if (words.empty() || words[0] != kMatrix || words[1] > *left) return false;
@@ -190,8 +191,8 @@ class Walk {
     return IsSoundMatrix(words[1], depth, name);
   }
 
-  /// Whether the matrix after a tag is sound. `name`: the name to use (empty: the matrix's own);
-  /// nullopt: unnamed, as in a list.
+  /// Whether the matrix after a tag is sound. `name`: the name to use; empty: the matrix's own;
+  /// nullopt: it has none, as in a list.
   bool IsSoundMatrix(std::uint64_t size, int depth, std::optional<std::string> name) {
     if (size == 0) {
       if (name) found_.push_back({.name = *name});
@@ -218,7 +219,7 @@ class Walk {
 
   /// Whether cells, or the fields of structs and objects, are sound.
   bool AreSoundCells(const Found& list, int depth, bool has_name, std::uint64_t* left) {
-    if (list.kind == kObject && !TakeText(left)) return false;  // Its class name.
+    if (list.kind == kObject && !TakeText(left)) return false;  // The object's class name.
     std::uint64_t count = 1;
     std::vector<std::string> fields;
     if (list.kind == kStruct || list.kind == kObject) {
@@ -244,7 +245,8 @@ class Walk {
     return true;
   }
 
-  /// Whether each part has as many numbers as the matrix states, of a numeric type.
+  /// Whether each part (real, imaginary) has as many numbers as the matrix states, of a numeric
+  /// type.
   bool AreSoundNumbers(const Found& matrix, bool are_wanted, std::uint64_t* left) {
     std::uint64_t count = 1;
     for (const std::size_t dimension : matrix.dimensions) {
@@ -289,8 +291,8 @@ class Walk {
     return words;
   }
 
-  /// The tag of an element of numbers: the number of bytes that follow, padded to whole tags. Up to
-  /// four bytes are in the tag itself, whose size is then in its first half.
+  /// The tag of an element of numbers. It states the number of bytes that follow, padded to whole
+  /// tags. Up to four bytes may be inside the tag; its upper half-word then states their number.
   struct PlainTag {
     std::uint32_t type = 0;
     std::uint64_t size = 0;
@@ -321,7 +323,7 @@ class Walk {
 
   /// The integers of an element; empty if there are none, or more than a matrix has dimensions.
   std::vector<std::uint32_t> TakeNumbers(std::uint64_t* left) {
-    constexpr std::size_t kMost = 32;  // NumPy's limit; MATLAB states none.
+    constexpr std::size_t kMost = 32;  // NumPy's limit; MATLAB states no limit.
     const auto tag = TakePlainTag(left);
     if (!tag) return {};
     if (tag->inside) return {WordAt(*tag->inside, 0, is_swapped_)};
@@ -360,8 +362,8 @@ bool IsTooLarge(const Variable& variable) {
   return variable.columns > 0 && variable.rows > kMostElements / variable.columns;
 }
 
-/// Reads the next element of a file. False: it is not sound. `wanted`: as of Walk; if empty, `take`
-/// is called with the named objects.
+/// Reads the next element of a file and passes its Walk to `take`. `wanted`: as in Walk. False: the
+/// element is not sound.
 bool ReadElement(ByteStream* bytes,
                  bool is_swapped,
                  int* cells,
@@ -434,7 +436,7 @@ class Handle {
   hid_t id_;
 };
 
-/// The class that MATLAB notes as an attribute, or for other programs' numbers their type.
+/// The class that MATLAB states as an attribute. If another program wrote the numbers: their type.
 std::uint32_t KindOf(hid_t object, hid_t type) {
   std::string word;
   if (H5Aexists(object, "MATLAB_class") > 0) {
@@ -473,7 +475,7 @@ Result<Matrix> Read73(const Handle& file,
   if (!dataset.is_open() || IsTooLarge(variable) || count / kDensest > file_size) {
     return Damaged(path, variable.name);
   }
-  // A name with a dot may also be that of another dataset, in a group.
+  // The name with a dot may belong to another dataset, which is in a group.
   const auto held = H5Sget_simple_extent_npoints(*Handle(H5Dget_space(*dataset)));
   if (held < 0 || static_cast<std::size_t>(held) != count) return Damaged(path, variable.name);
   Matrix matrix{.rows = variable.rows, .columns = variable.columns, .values = {}};
@@ -491,7 +493,7 @@ struct Group {
   std::string prefix = {};
   int depth = 0;
 
-  /// False: it is unreadable from some point on.
+  /// False: the group is unreadable from some point on.
   bool Collect(hid_t group) {
     const auto take = [](hid_t in, const char* name, const auto* /*link*/, void* self) {
       return static_cast<herr_t>(static_cast<const Group*>(self)->Take(in, name) ? 0 : -1);
@@ -537,8 +539,8 @@ struct Group {
 
 /// Nullopt: not an HDF5 file.
 std::optional<VariableFile> Open73(const std::string& path, std::uint64_t size) {
-  H5dont_atexit();                              // Its state may be damaged.
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // Prints nothing.
+  H5dont_atexit();                              // The library's state may be damaged.
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // The library prints nothing.
   const auto handle = std::make_shared<Handle>(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT));
   if (!handle->is_open()) return std::nullopt;
   const std::function<Result<Matrix>(const Variable& variable)> read =
@@ -554,7 +556,7 @@ Result<VariableFile> Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
   // The first bytes identify the version. Version 4 has no signature and cannot be verified.
   constexpr std::string_view kHdf5 = "\x89HDF\r\n\x1a\n";
-  constexpr std::size_t kUserBlock = 512;  // MATLAB's, before the HDF5 data.
+  constexpr std::size_t kUserBlock = 512;  // MATLAB's header before the HDF5 data.
   constexpr std::string_view kLittle("\0\1IM", 4);
   constexpr std::string_view kBig("\1\0MI", 4);
   const std::string_view beginning = bytes->Peek(kUserBlock + kHdf5.size());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Converts logs whose readings a Node script decodes, PX4 ULog and Parquet, to a recording.
+// Converts PX4 ULog and Parquet logs to a recording; a Node script decodes their readings.
 // docs/converting.md.
 #include <array>
 #include <cerrno>
@@ -33,8 +33,8 @@
 namespace truetriad::convert {
 namespace {
 
-/// A log that a Node script reads (tools/convert-node/lib/read.js). It arrives as lines through a
-/// pipe: a letter, then JSON, or the numbers of a row.
+/// A log that a Node script reads (tools/convert-node/lib/read.js). The script sends lines through
+/// a pipe: a letter, then either JSON or the numbers of a row.
 class NodeLog {
  public:
   /// `request`: {"format": "ulog", "input": …} and the options of the format's script. Error: the
@@ -46,7 +46,8 @@ class NodeLog {
       return Error(ErrorCode::kBrokenInstallation, "convert-node/lib/read.js is missing");
     int ends[2] = {-1, -1};
     if (pipe2(ends, O_CLOEXEC) != 0)
-      return Error(ErrorCode::kSystemFailure, std::string("no pipe: ") + std::strerror(errno));
+      return Error(ErrorCode::kSystemFailure,
+                   std::string("cannot create a pipe: ") + std::strerror(errno));
     std::unique_ptr<NodeLog> log(new NodeLog());
     log->lines_.reset(fdopen(ends[0], "r"));
     std::string text = request.dump(-1, ' ', /*ensure_ascii=*/true, Json::error_handler_t::replace);
@@ -72,8 +73,9 @@ class NodeLog {
   NodeLog(const NodeLog&) = delete;
   NodeLog& operator=(const NodeLog&) = delete;
 
-  /// Prints the script's messages and returns the next other line, valid until the next call;
-  /// empty: the log has ended. Error: reported by the script, or the script ended before the log.
+  /// Returns the next line with data, valid until the next call, and prints the script's messages
+  /// before it; empty: the log has ended. Error: the script reports one, or ends before the log
+  /// does.
   Result<std::string_view> Next() {
     for (;;) {
       const ssize_t size = getline(&line_, &capacity_, lines_.get());
@@ -170,8 +172,8 @@ class ScriptedRecording {
 
   /// {"recording": 0, "source": {…}, "frame": …, "serial": …, "firmware": "px4", "ids":
   /// {"accelerometer": 1310988}, "slots": {…}, "thermalSlots": {…}, "idleThermalSlots":
-  /// {"accelerometer": [1, 2]}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}: the last by
-  /// table index.
+  /// {"accelerometer": [1, 2]}, "magnetometerTurn": [nine], "siPerCount": {"0": 0.25}}, where "0"
+  /// is the index of a table.
   Status Describe(const Json& said) {
     folder_->BeginRecording(said.at("recording"));
     folder_->SetOrigin(said.at("format"), {arguments_.inputs[0]});

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A face, named by the axis that points up, and the possible names of its file.
+/// A face, named by the axis that points up. Its file is called `name` or `word`.
 struct Face {
   std::string_view name;
   std::string_view word;
@@ -34,7 +34,7 @@ constexpr std::array<Face, 6> kFaces = {{{"+x", "x_up"},
                                          {"+z", "z_up"},
                                          {"-z", "z_down"}}};
 
-/// The file of a face; nullopt if there is none. Error: more than one.
+/// The file of a face; nullopt if there is none. Error: there are several.
 Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder) {
   std::optional<fs::path> found;
   for (const std::string_view name : {face.name, face.word}) {
@@ -53,7 +53,8 @@ Result<std::optional<fs::path>> FileOf(const Face& face, const fs::path& folder)
   return found;
 }
 
-/// The contents of one file: readings by time, so that triads of different rates can share rows.
+/// The contents of one file. Readings are kept by time, so that triads of different rates can share
+/// rows.
 struct Rest {
   struct Row {
     std::array<double, 9> readings{};
@@ -165,7 +166,7 @@ Status Run(const Arguments& arguments) {
       first.streams = rest.streams;
     }
     TRUETRIAD_RETURN_IF_ERROR(CheckSameStreams(first, rest, path));
-    // Rests follow each other with a pause in which the block is turned.
+    // Between rests there is a pause, in which the block is turned.
     constexpr std::int64_t kPauseNs = 1'000'000'000;
     const std::int64_t shift_ns = next_start_ns - rest.rows.begin()->first;
     for (const auto& [time_ns, reading] : rest.rows) {
@@ -179,7 +180,7 @@ Status Run(const Arguments& arguments) {
     next_start_ns = rest.rows.rbegin()->first + shift_ns + kPauseNs;
   }
   if (files.size() < kFaces.size()) {
-    Note("files for " + Counted(files.size(), "face") + " of six");
+    Note("the folder has files for " + Counted(files.size(), "face") + " of six");
   }
   folder->SetPoses(PoseRangesToYaml(poses));
   return folder->Commit();

@@ -31,27 +31,27 @@ namespace {
 struct SentenceKind {
   std::string_view name;                   ///< "VNYMR".
   std::size_t fields = 0;                  ///< Number of numeric fields after the name.
-  std::size_t first = 0;                   ///< Index of the first reading among them.
-  std::vector<Triad> triads;               ///< In this order, three numbers each.
-  bool compensated = false;                ///< By registers 23, 25 and 84 and by learned values.
-  std::optional<std::size_t> temperature;  ///< Field in degC.
+  std::size_t first = 0;                   ///< Index of the first reading among the fields.
+  std::vector<Triad> triads;               ///< The sensors in order, three numbers each.
+  bool compensated = false;                ///< By the unit: registers 23, 25, 84, learned values.
+  std::optional<std::size_t> temperature;  ///< Index of the field with it, degC.
 };
 
-/// The result of a sentence's checksum.
+/// What the checksum of a sentence shows.
 enum class Checksum {
-  kNone,   ///< It has none: it ends without `*`, or with `*XX`.
-  kWrong,  ///< The text after `*` is not its checksum.
+  kNone,   ///< The sentence ends without `*`, or with `*XX`.
+  kWrong,  ///< The text after `*` is not the sentence's checksum.
   kRight,
 };
 
 /// The text between `$` and the next `$` or end of line.
 struct Sentence {
-  std::string_view name;  ///< Up to the first comma; empty: no name.
-  std::string_view body;  ///< After that comma, up to `*`.
+  std::string_view name;  ///< The text up to the first comma; empty: no name.
+  std::string_view body;  ///< The text after this comma, up to `*`.
   Checksum checksum = Checksum::kNone;
-  const SentenceKind* kind = nullptr;  ///< With readings; null: another kind.
-  bool is_named = false;               ///< The name is reliable and fixes its place in the order.
-  std::vector<double> numbers;         ///< Empty unless all are valid.
+  const SentenceKind* kind = nullptr;  ///< Null: a kind without readings.
+  bool is_named = false;               ///< The name is reliable: it has a place in the order.
+  std::vector<double> numbers;         ///< Empty unless all numbers are valid.
   bool has_appended = false;           ///< A status or counter follows the numbers.
 };
 
@@ -98,15 +98,15 @@ bool IsCounter(std::string_view field) {
 const std::vector<SentenceKind>& SentenceKinds() {
   using enum Triad;
   static const std::vector<SentenceKind> kinds = {
-      // After yaw, pitch and roll.
+      // Yaw, pitch and roll precede the readings.
       {"VNYMR", 12, 3, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
-      // After a quaternion.
+      // A quaternion precedes the readings.
       {"VNQMR", 13, 4, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
       {"VNMAR", 9, 0, {kMagnetometer, kAccelerometer, kGyroscope}, true, std::nullopt},
       {"VNMAG", 3, 0, {kMagnetometer}, true, std::nullopt},
       {"VNACC", 3, 0, {kAccelerometer}, true, std::nullopt},
       {"VNGYR", 3, 0, {kGyroscope}, true, std::nullopt},
-      // Before temperature and pressure.
+      // Temperature and pressure follow the readings.
       {"VNIMU", 11, 0, {kMagnetometer, kAccelerometer, kGyroscope}, false, 9},
   };
   return kinds;
@@ -138,8 +138,8 @@ Sentence ParseSentence(std::string_view text) {
   return sentence;
 }
 
-/// The numbers of `body`; empty unless there are `count` valid ones. After them register 30 may
-/// append the status, `S` and four hexadecimal digits, and a counter or time, `T` and digits.
+/// The numbers in `body`; empty unless there are exactly `count`, all valid. Register 30 may append
+/// a status (`S` and four hexadecimal digits) and a counter or time (`T` and digits).
 std::vector<double> NumbersOf(std::string_view body, std::size_t count, bool* has_appended) {
   // The added comma keeps an empty last field.
   std::vector<std::string> fields = Split(std::string(body) + ",", ',');
@@ -159,24 +159,24 @@ std::vector<double> NumbersOf(std::string_view body, std::size_t count, bool* ha
 constexpr std::size_t kLongestLine = 4096;  // A sentence has some 130 characters.
 constexpr std::string_view kEndOfLine = "\r\n";
 
-/// Counts of sentences of one kind.
+/// Numbers of sentences of one kind.
 struct Tally {
   std::uint64_t intact = 0;
-  std::uint64_t bad = 0;  ///< A wrong checksum or count of numbers.
+  std::uint64_t bad = 0;  ///< With a wrong checksum or number of fields.
 };
 
-/// The order of sentences: a unit that writes several kinds repeats them in a fixed order.
+/// The order of kinds: a unit that writes several kinds of sentences repeats them in this order.
 class Turns {
  public:
-  /// `name`: empty if unknown.
+  /// Adds the next sentence. `name`: its kind; empty if it is unknown.
   void Learn(const std::string& name) {
     if (!previous_.empty() && !name.empty()) ++followers_[previous_][name];
     previous_ = name;
   }
 
-  /// The kind that follows `name`; null if it is ambiguous.
+  /// The kind that follows the kind `name`; null if this is ambiguous.
   const std::string* After(std::string_view name) const {
-    // One in a hundred may differ because sentences were lost.
+    // One follower in a hundred may be of another kind, since sentences may be lost.
     constexpr std::uint64_t kAgainstOther = 99;
     const auto found = followers_.find(name);
     if (found == followers_.end()) return nullptr;
@@ -198,10 +198,10 @@ class Turns {
 };
 
 struct Contents {
-  std::map<std::string, Tally, std::less<>> kinds;   ///< With readings, by name.
-  std::map<std::string, Tally, std::less<>> others;  ///< Without: VNYPR, VNRRG, ….
+  std::map<std::string, Tally, std::less<>> kinds;   ///< Kinds with readings, by name.
+  std::map<std::string, Tally, std::less<>> others;  ///< Kinds without: VNYPR, VNRRG, ….
   std::uint64_t unreadable = 0;                      ///< Lines without a sentence's name.
-  std::uint64_t with_appended = 0;                   ///< With a status or counter.
+  std::uint64_t with_appended = 0;                   ///< Sentences with a status or counter.
   bool has_checksums = false;
   Turns turns;
 
@@ -213,8 +213,8 @@ struct Contents {
   }
 };
 
-/// Calls `take(text)` with the text between each `$` and the next one or the end of its line, and
-/// with an empty text for a line without `$`, until it returns false. Error: the file cannot be
+/// Calls `take(text)` until it returns false. A text begins after a `$` and ends before the next
+/// `$` or at the end of its line; a line without `$` gives an empty text. Error: the file cannot be
 /// read.
 template <typename Take>
 Status EachSentence(const std::string& path, const Take& take) {
@@ -250,19 +250,20 @@ bool IsName(std::string_view name) {
          name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ_") == std::string_view::npos;
 }
 
-/// Parses a line of a log whose unit writes checksums or none.
+/// Parses a sentence. `has_checksums`: the unit that wrote the log writes checksums.
 Sentence Understand(std::string_view text, bool has_checksums) {
   Sentence sentence = ParseSentence(text);
   const bool is_intact = sentence.checksum == (has_checksums ? Checksum::kRight : Checksum::kNone);
   sentence.kind = FindSentenceKind(sentence.name);
-  // An unknown name counts only with a valid checksum.
+  // The name of a kind without readings is reliable only in an intact sentence.
   sentence.is_named = sentence.kind != nullptr || (IsName(sentence.name) && is_intact);
   if (sentence.kind != nullptr && is_intact)
     sentence.numbers = NumbersOf(sentence.body, sentence.kind->fields, &sentence.has_appended);
   return sentence;
 }
 
-/// One valid checksum shows that the unit writes them; a sentence without one is then truncated.
+/// Whether the unit writes checksums: one valid checksum shows this. A sentence without a checksum
+/// is then truncated.
 Result<bool> HasChecksums(const std::string& path) {
   bool found = false;
   TRUETRIAD_RETURN_IF_ERROR(EachSentence(path, [&](std::string_view text) {
@@ -335,7 +336,7 @@ Result<std::vector<const SentenceKind*>> Choose(const Contents& contents,
                    Counted(contents.bad(), "bad line"));
 }
 
-/// The sample rate in Hz of --columns=time=100Hz.
+/// The sample rate in Hz that --columns=time=100Hz states.
 Result<double> RateOf(const Arguments& arguments) {
   constexpr std::string_view kPrefix = "time=";
   const auto found = arguments.others.find("columns");
@@ -352,7 +353,7 @@ Result<double> RateOf(const Arguments& arguments) {
                "--columns=" + PrintableLine(text) + ": expected a rate, as in time=40Hz");
 }
 
-/// The rows of one kind. An invalid sentence still takes up the time of a sample.
+/// The table for sentences of one kind. An invalid sentence gives no row, but takes up its time.
 struct Route {
   const SentenceKind* kind = nullptr;
   Table* table = nullptr;
@@ -381,7 +382,7 @@ std::map<std::string_view, Route> OpenTables(const std::vector<const SentenceKin
   return routes;
 }
 
-/// The second pass: converts rows to tables.
+/// The second pass: writes the sentences to tables.
 class Conversion {
  public:
   Conversion(const Contents& contents, double rate_hz, std::map<std::string_view, Route> routes)
@@ -413,7 +414,7 @@ class Conversion {
     return std::llround(static_cast<double>(route->sentences++) * (1e9 / rate_hz_));
   }
 
-  /// A line without a name counts for the only kind, or for the kind that is next in order.
+  /// Counts a line without a name as a sample of the only kind, or of the kind that is due.
   void TakeUnreadable() {
     const std::string* const due =
         is_alone_ && contents_.others.empty() ? nullptr : contents_.turns.After(previous_);
@@ -431,7 +432,7 @@ class Conversion {
   const Contents& contents_;
   double rate_hz_ = 0.0;
   std::map<std::string_view, Route> routes_;
-  bool is_alone_ = false;  ///< The log has one kind with readings.
+  bool is_alone_ = false;  ///< The log has only one kind with readings.
   std::string previous_;   ///< Kind of the previous line.
   std::uint64_t unplaced_ = 0;
 };

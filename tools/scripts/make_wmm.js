@@ -6,15 +6,15 @@
 //   npm install --prefix /tmp/wmm geomagnetism@0.2.0
 //   tools/scripts/make_wmm.js /tmp/wmm/node_modules/geomagnetism/data/wmm-2025.json share/truetriad/magnetic
 //
-// Needed only when a new model is published; the files it made are in the repository.
+// Needed only when a new model is published: the files that the script made are in the repository.
 'use strict';
 const fs = require('fs');
 const path = require('path');
 
 const kId = 'WMM2025A';
 
-// n and m of the coefficients run as (0,0), (1,0), (1,1), (2,0), …; wanted is all n for m = 0, then
-// all n for m = 1, and so on.
+// Reorders coefficients from (n, m) = (0,0), (1,0), (1,1), (2,0), … to all n for m = 0, then all n
+// for m = 1, and so on.
 function byColumns(rows, degree, firstColumn) {
   const columns = [];
   for (let m = firstColumn; m <= degree; ++m) {
@@ -41,7 +41,7 @@ function main([source, folder]) {
     process.exit(1);
   }
   const model = JSON.parse(fs.readFileSync(source, 'utf8'));
-  if (model.name !== 'WMM-2025' || model.epoch !== 2025) throw new Error(`${source}: is not WMM-2025`);
+  if (model.name !== 'WMM-2025' || model.epoch !== 2025) throw new Error(`${source}: this is not the model WMM-2025`);
   const meta = `WMMF-1
 # World Magnetic Model 2025, NOAA NCEI and British Geological Survey. Public domain.
 Name            wmm2025

@@ -19,7 +19,7 @@ SAP6 = {"accel": "grav:m/s^2", "mag": "mag:uT"}
 KREPA = "b-mag-krepa-json/"
 PHONE = "MobileAccData30orientationRawSample01"
 
-# Table: (file of the shared datasets, its triads). Units that a source does not state are counts.
+# Table: (file in the shared datasets, its triads). If a source states no unit, the unit is counts.
 TABLES = {
     **{f"sap5_{unit}": (f"{SAP}sap5_{unit}.json", SAP5) for unit in ("ab", "ai", "bh", "bi", "ee")},
     **{

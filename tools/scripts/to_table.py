@@ -5,8 +5,8 @@
     tools/scripts/to_table.py unit.json --accel=grav:m/s^2 --mag=mag:uT --output=unit.csv
 
 A triad is named as PATH:UNIT. PATH is the variable of a .mat file, or the keys of a JSON file
-joined by dots. Rows of three numbers and flat lists x0,y0,z0,x1,... are taken, in JSON with NaN as
-padding. Every row of the result is one reading; numbers keep all their digits.
+joined by dots. A triad consists of rows of three numbers, or is a flat list x0,y0,z0,x1,..., which
+may be padded with NaN. Every row of the result is one reading; numbers keep all their digits.
 """
 import argparse
 import json
@@ -18,7 +18,8 @@ import zlib
 
 TRIADS = ("accel", "gyro", "mag")
 
-# Data types of a MATLAB v5 file (MAT-File Format, table 1-1) as struct letters, and containers.
+# Data types of a MATLAB v5 file (MAT-File Format, table 1-1): numbers by `struct` letter;
+# containers.
 MAT_NUMBERS = {1: "b", 2: "B", 3: "h", 4: "H", 5: "i", 6: "I", 7: "f", 9: "d", 12: "q", 13: "Q"}
 MAT_MATRIX = 14
 MAT_COMPRESSED = 15
@@ -35,12 +36,12 @@ def mat_elements(data, order):
     at = 0
     while at + 8 <= len(data):
         (word,) = struct.unpack_from(order + "I", data, at)
-        if word >> 16:  # Small element: size and type share the first word, data is in the tag.
+        if word >> 16:  # Small element: size and type share the first word, data follows.
             kind, size, start, end = word & 0xFFFF, word >> 16, at + 4, at + 8
         else:
             kind, (size,) = word, struct.unpack_from(order + "I", data, at + 4)
             start = at + 8
-            # Compressed elements alone are not padded to eight bytes.
+            # All elements except compressed ones are padded to eight bytes.
             end = start + (size if kind == MAT_COMPRESSED else (size + 7) // 8 * 8)
         if start + size > len(data):
             raise BadInput("is cut off inside an element")
@@ -50,7 +51,7 @@ def mat_elements(data, order):
 
 def mat_numbers(kind, data, order):
     if kind not in MAT_NUMBERS:
-        raise BadInput(f"holds data of type {kind}, expected numbers")
+        raise BadInput(f"holds data of type {kind}; expected numbers")
     letter = MAT_NUMBERS[kind]
     return struct.unpack(f"{order}{len(data) // struct.calcsize(letter)}{letter}", data)
 
@@ -85,13 +86,13 @@ def find(tree, path):
     for key in path.split("."):
         if not isinstance(tree, dict) or key not in tree:
             known = ", ".join(tree) if isinstance(tree, dict) else "none"
-            raise BadInput(f"has no `{path}`; `{key}` was sought among: {known}")
+            raise BadInput(f"has no `{path}`; `{key}` is not one of: {known}")
         tree = tree[key]
     return tree
 
 
 def rows_of(values, path):
-    """Three numbers a row; a flat list is cut up, its NaN padding left out."""
+    """Rows of three numbers. A flat list is cut into rows, without its padding of NaN."""
     if not isinstance(values, list) or not values:
         raise BadInput(f"`{path}` is not a list of readings")
     if not isinstance(values[0], list):

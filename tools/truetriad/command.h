@@ -18,7 +18,7 @@ namespace truetriad {
 /// Exit codes of verbs that do not fail.
 inline constexpr int kExitGood = 0;
 inline constexpr int kExitNotEnough = static_cast<int>(ErrorKind::kNotEnough);
-inline constexpr int kExitOutsideLimits = 4;  // After the error kinds, 1 to 3.
+inline constexpr int kExitOutsideLimits = 4;  // Error kinds have 1 to 3.
 
 /// The result of a verb.
 struct VerbResult {
@@ -27,7 +27,7 @@ struct VerbResult {
   Json result = Json::object();  ///< With --json, for programs.
   /// Notes, and reasons why the result is incomplete, for people and for programs.
   Findings findings = {};
-  /// Why the result is incomplete, as text that is also printed on stderr.
+  /// Why the result is incomplete; printed on stderr.
   std::string failure = {};
   /// Whether the result can be used and why not, if the verb judges that.
   std::optional<Outcome> outcome = {};
@@ -37,7 +37,7 @@ struct VerbResult {
   std::optional<Grade> grade = {};
 };
 
-/// A result of only a text.
+/// A result that consists of a text only.
 inline VerbResult Shown(const std::string& text) {
   return {.text = text, .result = {{"text", text}}};
 }
@@ -50,27 +50,28 @@ struct CommandFlag {
   std::vector<std::string> values;  ///< The possible values, for completion; empty: any value.
   std::optional<char> letter;       ///< "-o" for --output; none for most.
   bool required = false;
-  bool repeats = false;  ///< It may be given several times; the values are joined by newlines.
+  bool repeats = false;  ///< May be given several times; newlines then join the values.
 };
 
 /// One verb of the command line.
 struct Command {
   std::string_view name;
-  std::string_view summary;         ///< The question it answers, half a line.
+  std::string_view summary;         ///< The question that the verb answers, half a line.
   std::string_view examples;        ///< Lines that work in the root of the repository.
   std::string_view details = {};    ///< Further help for the user.
-  std::string (*list)() = nullptr;  ///< Builds a text before `details`, which takes time.
-  /// Names of flags, "input=FILE! set*": `!` follows a required flag, `*` one that may be repeated,
-  /// `=` precedes the name of the value if the flag's own description does not begin with it ("LOG:
-  /// the log, …"). Words in lower case are all possible values.
+  std::string (*list)() = nullptr;  ///< Builds the text before `details`, as building takes time.
+  /// Names of flags, "input=FILE! set*": `!` follows a required flag, `*` a flag that may be
+  /// repeated. The name of the value follows `=`, or begins the flag's own description ("LOG: the
+  /// log, …"); if it is in lower case ("refuse|allow"), it lists all possible values.
   std::string flags = {};
   /// The possible values of flags for which `flags` does not state them.
   std::vector<std::pair<std::string_view, std::vector<std::string>>> values = {};
-  /// Flags that are set by words without a flag: one word for each flag, in this order.
+  /// Flags whose values may be words alone ("inspect LOG"): one word for each, in this order.
   std::vector<std::string_view> words = {};
-  /// The meaning of further words: a flag, or the name of something else.
+  /// The meaning of all further words: the name of a flag or of something else. Empty: none
+  /// allowed.
   std::string_view more_words = {};
-  /// Does the work with these further words, after flags have been checked and set.
+  /// Does the work with the further words, after the flags have been checked and set.
   Result<VerbResult> (*run)(const std::vector<std::string>& words) = nullptr;
 };
 
@@ -79,7 +80,7 @@ std::string GflagsName(std::string_view flag);
 
 std::vector<CommandFlag> FlagsOf(const Command& command);
 
-/// The usage line, "truetriad evaluate [FILE] [LOG] [flags]"; words are named as their flags.
+/// The usage line, "truetriad inspect LOG [flags]". A word is named like the value of its flag.
 std::string UsageOf(const Command& command);
 
 /// The verbs of this version, in the order of the overview.
@@ -88,8 +89,8 @@ const std::vector<Command>& Commands();
 /// The number of `arguments` (not empty) that form the name of a verb: 2 for "fleet run".
 std::size_t VerbWords(const std::vector<std::string>& arguments);
 
-/// The command called `name`. Error (usage): there is none; the message suggests the nearest, or
-/// states that this version lacks it.
+/// The command called `name`. Error (usage): there is none. The message suggests the nearest name,
+/// or states the second words that can follow `name`.
 Result<const Command*> FindCommand(std::string_view name);
 
 /// The overview of all verbs.

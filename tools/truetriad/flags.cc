@@ -21,8 +21,8 @@
 
 DEFINE_string(input,
               "",
-              "LOG: the log: a self-describing CSV (also .gz), a manifest recording.yaml, or, for "
-              "`convert`, another system's log, for `import` its calibration");
+              "LOG: the log: a self-describing CSV (also .gz) or a manifest recording.yaml; for "
+              "`convert`, another system's log; for `import`, another system's calibration");
 DEFINE_string(output, "", "DIR: file or folder to write");
 DEFINE_string(config,
               "",
@@ -54,10 +54,10 @@ DEFINE_string(fail_on, "", "WORD: the result that gives exit code 4");
 DEFINE_string(to,
               "",
               "FORMAT,...: the format, from the list on this page or in `truetriad help export`");
-DEFINE_string(
-    instance,
-    "",
-    "N: the number of the sensor among several of its kind, counted as the other system does");
+DEFINE_string(instance,
+              "",
+              "N: the number of the sensor if there are several of its kind, as the other system "
+              "counts them");
 DEFINE_string(
     units,
     "",
@@ -65,7 +65,7 @@ DEFINE_string(
 DEFINE_string(outside_limits,
               "refuse",
               "refuse|allow: refuse or allow exports of a unit that is outside its limits or "
-              "refused; allowed files state this");
+              "refused by a person; the exported files state this");
 DEFINE_bool(interactive,
             true,
             "whether the spheres of the HTML report can be turned; adds 1.7 MB (only if the "
@@ -84,7 +84,7 @@ std::vector<std::pair<std::string_view, const char*>> TagNames() {
   return tags;
 }
 
-/// A tag inside a value by a mistaken comma: "station=S3" in "L17,station=S3". Empty: none.
+/// The tag that a mistaken comma put into a value: "station=S3" in "L17,station=S3". Empty: none.
 std::string TagWithin(const std::string& value) {
   for (const auto& [name, place] : TagNames()) {
     const std::size_t at = value.find("," + std::string(name) + "=");
@@ -283,7 +283,7 @@ Result<std::vector<std::string>> OverridesAndTags() {
       return BadValue(
           "tag",
           tag,
-          ": give the flag again for the next, --tag=" + next + "; a comma belongs to the value");
+          ": a comma is part of the value; give the flag again for the next tag, --tag=" + next);
     }
     if (!keys.insert(key).second) {
       return Error(ErrorCode::kConflictingArguments,

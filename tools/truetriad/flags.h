@@ -32,16 +32,16 @@ DECLARE_bool(quiet);
 
 namespace truetriad {
 
-/// The items of --set. Unbalanced brackets and quotes are left to the YAML reader to report.
+/// The items of --set. The YAML reader reports unbalanced brackets and quotes.
 std::vector<std::string> Overrides();
 
-/// Overrides(), and the values of --tag. Error (usage): a tag without value, or of an unknown name.
+/// Overrides(), and the values of --tag. Error (usage): a tag has no value or an unknown name.
 Result<std::vector<std::string>> OverridesAndTags();
 
 /// The comma-separated values of a flag.
 std::vector<std::string> CommaSeparated(const std::string& values);
 
-/// The logs of --input (a file whose name has a comma counts as one) and of `words`.
+/// The logs of --input and of `words`. If --input names an existing file, commas do not separate.
 std::vector<std::string> StatedInputs(const std::vector<std::string>& words);
 
 /// The names of all `things`.
@@ -52,10 +52,10 @@ std::vector<std::string> NamesOf(const Things& things) {
   return names;
 }
 
-/// The error for a flag's value: "--jobs=-1 is invalid; expected …".
+/// The error for a flag's value: "--jobs=-1" + `what`, which is like " is invalid; expected …".
 Error BadValue(std::string_view flag, const std::string& value, const std::string& what);
 
-/// Error (usage): the value is none of `words`; the message ends with `is_not`.
+/// Error (usage): the value is none of `words`: "--to=x" + `is_not` + "; expected csv or jsonl".
 Status CheckOneOf(std::string_view flag,
                   const std::string& value,
                   const std::vector<std::string>& words,
@@ -64,14 +64,14 @@ Status CheckOneOf(std::string_view flag,
 /// Error (usage): --fail-on is neither empty nor `word`.
 Status CheckFailOn(const std::string& word);
 
-/// Whether --report is true or not given, for verbs that write reports by default.
+/// For verbs that write reports by default: whether to write one, which --report=false forbids.
 Result<bool> StatedReport(const std::string& hint = "");
 
-/// The number in a text, "12" or "0.5". Error (usage): another text; the message names the flag.
+/// Parses a number, "12" or "0.5". Error (usage): `text` is no number; the message names the flag.
 Result<std::int64_t> ParseInteger(const std::string& flag, const std::string& text);
 Result<double> ParseReal(const std::string& flag, const std::string& text);
 
-/// Seconds in a text, "8h", "30m", "1d", "90s". Error (usage): as above.
+/// Parses a duration, "8h", "30m", "1d" or "90s", in seconds. Error (usage): `text` is none.
 Result<double> ParseDuration(const std::string& flag, const std::string& text);
 
 /// The value of --instance.
@@ -80,10 +80,10 @@ Result<std::optional<int>> ParseInstance();
 /// Whether --outside-limits allows exports of units that may not be delivered.
 Result<bool> AllowsOutsideLimits();
 
-/// The value of --units: each unit applies to the sensor of its quantity, `counts` to all.
+/// The units of --units: each applies to the sensor of its quantity, `counts` to all other sensors.
 Result<PerTriad<std::optional<std::string>>> ParseUnits();
 
-/// The looks of reports that --interactive chooses.
+/// The looks of reports, chosen by --interactive.
 ReportLooks StatedLooks();
 
 /// Plotly's bundle gl3d with its licence; empty if it was missing at build time.

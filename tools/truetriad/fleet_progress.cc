@@ -20,7 +20,7 @@ namespace {
 
 Json OrNull(const auto& value) { return value ? Json(*value) : Json(nullptr); }
 
-/// The number of runs for each verdict: "3 PASS, 1 NO RESULT".
+/// The number of runs with each verdict: "3 PASS, 1 NO RESULT".
 std::string CountsText(const fleet::FleetProgress& progress) {
   std::string text;
   for (const auto& [verdict, count] : progress.verdicts) {
@@ -30,7 +30,7 @@ std::string CountsText(const fleet::FleetProgress& progress) {
   return text.empty() ? "none" : text;
 }
 
-/// Codes sorted by frequency.
+/// Codes with their counts, most frequent first.
 auto Pareto(const std::map<std::string, std::size_t>& counted) {
   std::vector<std::pair<std::string, std::size_t>> codes(counted.begin(), counted.end());
   std::stable_sort(
@@ -38,7 +38,7 @@ auto Pareto(const std::map<std::string, std::size_t>& counted) {
   return codes;
 }
 
-/// "18 runs of 3 units"; "3 units" if each was run once, or the store does not know.
+/// "18 runs of 3 units"; "3 units" if each unit was run once, or the number of units is unknown.
 std::string RunsText(const fleet::FleetProgress& progress) {
   const std::size_t units = progress.yield.units;
   if (units == 0 || units == progress.done) return Counted(progress.done, "unit");
@@ -47,7 +47,7 @@ std::string RunsText(const fleet::FleetProgress& progress) {
 
 /// "  B0003: refused by R. Roe (bent)", one line for each of the first units.
 std::string OverruledText(const std::map<std::string, std::string>& overruled) {
-  constexpr std::size_t kMostShown = 5;  // More is left to `fleet query`.
+  constexpr std::size_t kMostShown = 5;  // `fleet query` shows the others.
   std::string text;
   std::size_t count = 0;
   for (const auto& [serial, why] : overruled) {
@@ -86,17 +86,18 @@ std::string WarningsText(const fleet::FleetProgress& progress) {
   return text + " (" + NamesText(progress.warned_units, progress.warned) + ")\n";
 }
 
-/// "  2 of these recordings were calibrated before, and count once each: B0001, B0002".
+/// "  2 of these recordings were calibrated before; each counts only once: B0001, B0002".
 std::string KnownText(const fleet::FleetProgress& progress) {
   const std::size_t count = progress.known_recordings;
   if (count == 0) return "";
   return "  " + std::to_string(count) + " of these recordings " + (count == 1 ? "was" : "were") +
-         " calibrated before, and " + (count == 1 ? "counts once: " : "count once each: ") +
+         " calibrated before; " +
+         (count == 1 ? "it counts only once: " : "each counts only once: ") +
          NamesText(progress.known_units, count) + '\n';
 }
 
-/// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²", without a part that the message
-/// repeats.
+/// "FAIL (a.csv): accelerometer.bias.y -0.889 of ± 0.7 m/s²". The log is left out if the message
+/// begins with it.
 std::string RedText(const fleet::UnitRun& run) {
   const std::string why = run.message.substr(0, run.message.find('\n'));
   std::string text(VerdictWords(run.verdict));
@@ -116,18 +117,18 @@ std::string_view OperatorRemedy(const fleet::UnitRun& run) {
   return is_cut_off ? "record again" : "call the engineer";
 }
 
-/// The verdict by another run or a person, if it differs from that of the run.
+/// The verdict of another run or of a person, if it overrules the verdict of `run`.
 std::optional<std::string> OverruledBy(const fleet::UnitRun& run,
                                        const fleet::FleetProgress& progress) {
   const auto by = progress.overruled.find(run.serial);
   return by == progress.overruled.end() ? std::nullopt : std::optional(by->second);
 }
 
-/// "B0003  NO RESULT  record again; do not touch the unit while it rests (no-rest)", or if it is
-/// overruled "B0003  FAIL by QA (cracked case): set it aside".
+/// "B0003  NO RESULT  record again; do not touch the unit while it rests (no-rest)". If the run is
+/// overruled: "B0003  FAIL by QA (cracked case): set it aside".
 std::string OperatorLine(const fleet::UnitRun& run, const fleet::FleetProgress& progress) {
   if (const std::optional<std::string> by = OverruledBy(run, progress)) {
-    // The unit's final state is the opposite of this run's.
+    // Overruled: if this run is good, the unit is not, and vice versa.
     return run.serial + "  " + *by + (fleet::IsRed(run.verdict) ? "" : ": set it aside");
   }
   std::string text = run.serial + "  " + std::string(VerdictWords(run.verdict));
@@ -141,9 +142,10 @@ struct FirstLine {
   Grade grade = Grade::kCaution;
 };
 
-/// States the first of these that applies: some runs are not good (number: FleetProgress::NotGood),
-/// some units are not good although all their present runs are, some skipped units are not good,
-/// some units were not done, nothing was done. Otherwise it states how many runs had no limits.
+/// States the first of these that applies: some runs are not good (number: FleetProgress::NotGood);
+/// some units are not good, although all runs of this command are; some skipped units are not good;
+/// units wait for the golden unit; some units were not done; nothing was done. If none applies,
+/// states how many runs had no limits.
 FirstLine FirstLineOf(const fleet::FleetProgress& progress) {
   const auto of = [](std::size_t count, std::size_t all, const std::string& what) {
     return std::to_string(count) + " OF " + std::to_string(all) + what;
@@ -241,7 +243,7 @@ std::string ProgressText(const fleet::FleetProgress& progress) {
   return text;
 }
 
-/// Prints ASCII only, since the output may be a terminal.
+/// Prints JSON in ASCII only, since stderr may be a terminal.
 void PrintLine(const Json& json) {
   const std::string text = json.dump(-1, ' ', true, Json::error_handler_t::replace) + '\n';
   std::fputs(text.c_str(), stderr);

@@ -24,20 +24,21 @@ namespace truetriad {
 inline constexpr std::string_view kFleetWorker = "fleet-worker";
 /// The value of --fail-on for verbs that calibrate.
 inline constexpr char kFailOnUnit[] = "unit";
-/// The value of --progress.
+/// The only value of --progress.
 inline constexpr char kProgressLines[] = "jsonl";
 
-/// The value of --store, or the one in the output folder.
+/// The value of --store; without it, fleet.db in the output folder.
 std::string StatedStore();
 
 /// Opens the store of --store for reading. `asks`: the user's SQL will run, even without --where.
 Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks = false);
 
-/// Messages of `fleet run` and `fleet watch` on stderr: with --progress=jsonl a line of JSON for
-/// each run and note, else notes, and on a terminal a line with rate, time left and failures.
+/// Messages of `fleet run` and `fleet watch` on stderr. With --progress=jsonl, each run and note is
+/// a line of JSON. Otherwise notes are text, and a terminal shows a line of progress (rate, time
+/// left, failures).
 class FleetTalk {
  public:
-  /// `names_all`: prints a line for an operator about each unit, including good ones.
+  /// `names_all`: prints a line for the operator about each unit, also about good ones.
   explicit FleetTalk(bool names_all = false);
 
   fleet::FleetListener Listener();
@@ -52,7 +53,8 @@ class FleetTalk {
   ProgressLine line_{""};
 };
 
-/// The summary of the units. Exit code 4 with --fail-on=unit if a unit is not good.
+/// The summary of the units. Exit code 4: a unit is not good (with --fail-on=unit), or files of a
+/// unit that may not be delivered could not be changed.
 VerbResult FleetResult(const fleet::FleetProgress& progress);
 
 }  // namespace truetriad

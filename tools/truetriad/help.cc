@@ -52,8 +52,8 @@ std::string Indented(std::string lines) {
   return "  " + lines + '\n';
 }
 
-/// The examples with paths valid here: in the root of the repository, or for an installed program
-/// in any folder.
+/// The examples with valid paths. An installed program gets paths that are valid in any folder;
+/// otherwise they are valid in the root of the repository.
 std::string ExampleText(std::string_view examples) {
   const std::string_view known = "configs/experiments/joint.yaml";
   const Result<std::string> installed = FindSharedFile(known);
@@ -71,8 +71,8 @@ std::string ExampleText(std::string_view examples) {
   return "Example:\n" + Indented(text);
 }
 
-/// `text` escaped for troff: no escapes, no hyphens that break or become dashes, and no requests at
-/// the beginning of a line.
+/// `text` escaped for troff, which prints it as it is: backslashes, hyphens, and at the beginning
+/// of a line points and apostrophes.
 std::string Plain(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -135,8 +135,8 @@ Results go to stdout, messages to stderr; \-\-v=1 adds the library's log. A flag
 .SH VERBS
 )";
 
-/// The end of truetriad.1, after the exit codes. Installation puts the prefix before the folders
-/// (tools/cmake/InstalledTexts.cmake).
+/// The end of truetriad.1, after the exit codes. The installation replaces the folders by their
+/// installed paths (tools/cmake/InstalledTexts.cmake).
 constexpr std::string_view kManTail = R"(.SH ENVIRONMENT
 .TP
 .B TRUETRIAD_SHARE

@@ -3,14 +3,14 @@
 
 namespace truetriad {
 
-/// From now on SIGINT and SIGTERM are recorded instead of ending the program, so that it can remove
-/// incomplete files; a second signal ends it. An ignored signal (nohup) stays ignored.
+/// From now on, SIGINT and SIGTERM are recorded instead of ending the program, so that the program
+/// can remove incomplete files. A second one ends it. An ignored signal (nohup) stays ignored.
 void NoteInterruptions();
 
 /// Whether a signal was recorded.
 bool IsInterrupted();
 
-/// Ends the program as the recorded signal would have. Returns if there was none.
+/// Ends the program as the recorded signal would have. Returns if no signal was recorded.
 void EndAsInterrupted();
 
 }  // namespace truetriad

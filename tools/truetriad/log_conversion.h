@@ -10,23 +10,24 @@
 
 #include "truetriad/base/result.h"
 
-// Select which contents of a log are converted, as do --instance and --units of flags.h.
+// These flags select what is converted of a log, like --instance and --units of flags.h.
 DECLARE_string(topic);
 DECLARE_string(columns);
 
 namespace truetriad {
 
-/// The path of `program`, which is part of this distribution and runs under Node. Error (usage): it
-/// or Node is missing; the message begins with the `flag` that needs it and states what to install.
+/// The path of `program`, which is part of this distribution and runs under Node. Error (usage):
+/// one of both is missing. The message begins with the `flag` that needs it, and states what to
+/// install.
 Result<std::string> FindNodeProgram(const std::string& program, const std::string& flag);
 
-/// The exit code of a program, and its output if that was captured (else it was shown).
+/// The exit code of a program, and its output if RunProgram captured it.
 struct ProgramRun {
   int exit_code = 0;
   std::string out, err;
 };
 
-/// Runs a program to its end. `captures`: its output is not shown. Error: it could not run.
+/// Runs a program to its end. `captures`: output is returned, not shown. Error: it could not run.
 Result<ProgramRun> RunProgram(const std::string& program,
                               const std::vector<std::string>& arguments,
                               bool captures);
@@ -35,19 +36,20 @@ Result<ProgramRun> RunProgram(const std::string& program,
 struct LogFormat {
   std::string_view name;
   std::string_view description;
-  std::string_view needs = {};       ///< Needed to build the program; empty: nothing optional.
+  std::string_view needs = {};       ///< Packages needed to build the program; empty: none.
   std::string_view how_to_log = {};  ///< How a vehicle is set to log what a calibration needs.
 };
 
-/// The format of a log, or of a folder of a log's files, by its first bytes; null: another format.
+/// The format of a log by its first bytes, or of a log's folder by the names of the files in it;
+/// null: not a format to convert.
 const LogFormat* LogFormatOf(const std::string& log);
 
-/// Converts a log into `folder`. Returns the recordings by sensor instance, or that of --instance.
+/// Converts a log into `folder`. Returns the recordings by sensor instance; with --instance, one.
 Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
                                                 const std::string& log,
                                                 const std::string& folder);
 
-/// A file of configs/mappings as of the build.
+/// A file of configs/mappings, as it was when the program was built.
 struct ShippedMapping {
   std::string_view name;  ///< "euroc"
   std::string_view text;

@@ -42,7 +42,7 @@ bool IsHelp(const std::string& argument) { return argument == "--help" || argume
 
 bool IsFlag(const std::string& argument) { return argument.size() > 1 && argument[0] == '-'; }
 
-// The name of "--output=DIR" and its value, if any.
+// The name of a flag such as "--output=DIR", and its value if it states one.
 struct StatedFlag {
   std::string name;
   std::optional<std::string> value;
@@ -84,14 +84,14 @@ Error UnknownFlag(const Command& command, const std::string& name) {
       "--" + name + " is not a flag" + DidYouMean("--" + name, {flags.begin(), flags.end()}));
 }
 
-// Sets a command's flags from arguments. The parser of gflags would accept the flags of every verb
-// and library, and let the last value win.
+// Sets a command's flags from arguments. The parser of gflags would accept flags of other verbs and
+// of libraries, and of a repeated flag the last value.
 class FlagSetter {
  public:
   FlagSetter(const Command& command, const std::vector<std::string>& arguments)
       : command_(command), arguments_(arguments) {}
 
-  // Guards input files against being replaced: all given values except outputs, if they are files.
+  // Guards input files against being replaced: all given values that are files, except outputs.
   void GuardInputs() const {
     for (const std::string& name : given_) {
       std::string value;
@@ -128,7 +128,7 @@ class FlagSetter {
   }
 
  private:
-  // Assigns a word to the verb's next flag that is not given; further words are collected.
+  // Assigns a word to the first of the verb's word flags that is not given; collects further words.
   Status TakeWord() {
     const std::string& word = arguments_[at_];
     for (const std::string_view name : command_.words) {
@@ -163,7 +163,7 @@ class FlagSetter {
     return Give(*flag, "");
   }
 
-  // Whether an argument is a flag and not the value of one, which may begin with a hyphen, too.
+  // Whether an argument is a flag. If not, it is the value of a flag and may begin with a hyphen.
   bool IsAnotherFlag(const std::string& argument) const {
     const std::optional<StatedFlag> stated = ParseFlag(argument);
     return stated && (argument.starts_with("--") || FindFlag(command_, stated->name).has_value());
@@ -223,7 +223,7 @@ void Say(std::string_view verb, const std::string& message) {
                Printable(message).c_str());
 }
 
-/// Prints the result of a run for programs: a single JSON object.
+/// Prints the result of a run for other programs: a single JSON object on stdout.
 void PrintJson(const Json& json) { std::fputs(TextOf(json).c_str(), stdout); }
 
 int Fail(std::string_view verb, const Error& error) {
@@ -256,7 +256,8 @@ int Show(std::string_view verb, const VerbResult& result) {
   return result.exit_code;
 }
 
-/// Whether --json is given; asked before flags are parsed, so that errors about them are JSON, too.
+/// Whether --json is given. Asked before flags are parsed, so that errors about flags are JSON,
+/// too.
 bool AsksForJson(const std::vector<std::string>& arguments) {
   return std::any_of(arguments.begin(), arguments.end(), [](const std::string& argument) {
     return argument == "--json" || argument == "--json=true";
@@ -308,10 +309,10 @@ int RunCommandLine(const std::vector<std::string>& arguments) {
   return exit_code;
 }
 
-// Freed memory is used again soon: if pages are kept, they need not be mapped and cleared anew,
-// which took a tenth of the time of a calibration.
+// Keeps the pages of freed memory, which is used again soon: to map and clear pages anew took a
+// tenth of the time of a calibration.
 void KeepFreedMemory() {
-  constexpr int kMiB = 1 << 20;  // Thresholds of 32 MiB keep whole blocks.
+  constexpr int kMiB = 1 << 20;  // Blocks below 32 MiB stay in the heap.
   mallopt(M_MMAP_THRESHOLD, 32 * kMiB);
   mallopt(M_TRIM_THRESHOLD, 32 * kMiB);
   mallopt(M_TOP_PAD, kMiB);
@@ -322,11 +323,11 @@ void KeepFreedMemory() {
 
 int main(int argc, char** argv) {
   truetriad::KeepFreedMemory();
-  // Logs of the library and the solver are for developers: none without --v, and never to a file.
+  // Logs of library and solver are for developers: they need --v, and never go to a file.
   FLAGS_logtostderr = true;
   FLAGS_minloglevel = google::GLOG_FATAL;
   google::InitGoogleLogging(argv[0]);
-  // Exceeding the shell's file size limit becomes a write error with a message.
+  // A file above the shell's size limit becomes a write error with a message, not a signal.
   std::signal(SIGXFSZ, SIG_IGN);
   try {
     return truetriad::RunCommandLine({argv + 1, argv + argc});

@@ -87,7 +87,7 @@ std::string PreviousSuffix(const std::filesystem::path& name, const std::string&
 }
 
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names) {
-  std::optional<std::string> of_result;  // Files that belong to a result get its suffix.
+  std::optional<std::string> of_result;  // All files of one result get the same suffix.
   std::string moved;
   for (const std::string& name : names) {
     const std::filesystem::path from = directory / name;
@@ -113,7 +113,7 @@ Status MoveAside(const std::filesystem::path& directory, std::span<const std::st
   }
   if (!moved.empty()) {
     Note((directory.empty() ? "." : directory.string()) +
-         ": results of an earlier run are moved: " + moved);
+         ": files of an earlier run are renamed: " + moved);
   }
   return {};
 }

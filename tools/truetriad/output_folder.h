@@ -29,20 +29,20 @@ inline constexpr std::array<const char*, 3> kResults = {
 std::optional<Calibration> CalibrationIn(const std::string& file);
 
 /// Error (bad input), unless --overwrite is given: `file` is a calibration of another unit than
-/// `serial`. A calibration without serial number, or another file, is not protected.
+/// `serial`. A calibration without serial number is not protected, nor is any other file.
 Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
-/// Error as above: `file` holds the calibration `there`, of other sensors than `calibration`.
+/// Error as above: `file` holds the calibration `there`, which is of other sensors.
 Status CheckMayReplace(const std::string& file,
                        const std::optional<Calibration>& there,
                        const Calibration& calibration);
-/// Error as above: `file`, which an export would replace, is not an export of the unit.
+/// Error as above: `file`, which an export would replace, is no export of the unit `serial`.
 Status CheckIsExport(const std::string& file, const std::string& serial);
 
-/// The suffix for a result NAME + `rest` that must be kept as NAME + suffix + `rest`: ".previous",
-/// or ".previous-2" and so on if an earlier result of that name holds more than this one.
+/// The suffix for the result `name` + `rest`, which must be kept as `name` + suffix + `rest`:
+/// ".previous". If a kept result of that name holds more than this one: ".previous-2" and so on.
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest);
-/// Renames the files `names` that a new result must not replace: calibration.yaml in `directory`
-/// becomes calibration.previous.yaml, with a note.
+/// Renames the files `names` in `directory`, which a new result must not replace: calibration.yaml
+/// becomes calibration.previous.yaml. Prints a note.
 Status MoveAside(const std::filesystem::path& directory, std::span<const std::string> names);
 
 /// Creates the folder of a new file.
@@ -51,12 +51,13 @@ Status EnsureFolderOf(const std::string& file);
 /// The path of a file in the folder that --output names.
 std::string InOutput(const std::string& name);
 
-/// Error: a result below `directory` could not be written. Asked before work; creates nothing.
+/// Error: a result below `directory` could not be written. For use before the work; creates
+/// nothing.
 Status CheckCanWriteBelow(std::filesystem::path directory);
 
-/// Writes the page for --report, if given, and records it in the result.
+/// If --report is given, writes the page there and records it in the result.
 Status WriteStatedReport(const std::string& html, VerbResult* result);
-/// The result of a verb with this report, whose page is written if --report is given.
+/// The result of a verb with `report`. If --report is given, writes the page of the report.
 Result<VerbResult> Said(const VerbReport& report, Json json, int exit_code = kExitGood);
 
 }  // namespace truetriad

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// A line on stderr with the share of the work done, erased at the end; shown only if stderr is a
-/// terminal.
+/// A line on stderr with the share of the work done. It is shown only if stderr is a terminal, and
+/// erased at the end.
 class ProgressLine {
  public:
   explicit ProgressLine(std::string what);
@@ -20,7 +20,7 @@ class ProgressLine {
   /// Disables all progress lines from now on.
   static void Silence() { is_quiet_ = true; }
 
-  /// A callback for the share of the work done; valid as long as the line.
+  /// A callback for the share of the work done; valid as long as this object.
   ProgressCallback callback();
 
   /// Shows a text instead of the share, at most 5 times a second.

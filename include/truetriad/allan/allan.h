@@ -42,7 +42,8 @@ struct BiasInstability {
   Interval coefficient;  ///< B, raw unit.
   Interval minimum;      ///< Of the deviation curve, raw unit.
   double tau_s = 0.0;    ///< tau of the minimum.
-  bool at_end = false;   ///< The deviation still falls at the longest tau: B is an upper bound.
+  bool at_end = false;   ///< B is an upper bound: the deviation falls to the end, or shows white
+                         ///< noise only.
 };
 
 /// The Allan deviation of one axis of one triad. Coefficients as in IEEE Std 952-1997, annex C,
@@ -52,14 +53,13 @@ struct BiasInstability {
 struct AllanAxis {
   std::vector<AllanPoint> points;  ///< Ascending in tau.
   std::optional<Interval>
-      white_density;  ///< N, raw unit / sqrt(Hz): value at tau = 1 s of slope -1/2.
-  /// Range of tau over which N was fitted: as given, else where white noise is more than half of
-  /// the fitted variance.
+      white_density;  ///< N, raw unit / sqrt(Hz): the line of slope -1/2 at tau = 1 s.
+  /// Range of tau over which N was fitted: as given, else where white noise prevails.
   std::optional<std::array<double, 2>> white_range_s;
   std::optional<BiasInstability> instability;
   std::optional<Interval>
-      random_walk;  ///< K, raw unit / s / sqrt(Hz): value at tau = 3 s of slope +1/2.
-  std::optional<Interval> quantisation;  ///< Q, raw unit * s: value at tau = sqrt(3) s of slope -1.
+      random_walk;  ///< K, raw unit / s / sqrt(Hz): the line of slope +1/2 at tau = 3 s.
+  std::optional<Interval> quantisation;  ///< Q, raw unit * s: the line of slope -1 at sqrt(3) s.
 };
 
 struct AllanTriad {
@@ -110,12 +110,12 @@ struct AllanOptions {
 /// The overlapping Allan deviation of every axis and the noises that the data show. Streams
 /// `source` once; memory does not grow with the length of the log.
 ///
-/// Up to ten missing samples are filled by straight lines; nothing is differenced across longer
-/// gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). What else may
-/// bias the result (a clipped or dead axis, a temperature that drifts, a curve that the four
-/// noises do not describe) is a warning. Errors: no time and no rate, or a wrong option (usage);
-/// malformed readings, a stuck sensor (bad input); fewer than 100 samples in the longest stretch
-/// (not enough).
+/// Up to ten missing samples in a row are filled by straight lines; nothing is differenced across
+/// longer gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). What
+/// else may bias the result (a clipped or dead axis, a temperature that drifts, a curve that the
+/// four noises do not describe) is a warning. Errors: no time and no rate, or a wrong option
+/// (usage); malformed readings, a stuck sensor (bad input); fewer than 100 samples in the longest
+/// stretch (not enough).
 Result<AllanResult> AnalyseAllan(SampleSource& source,
                                  const AllanOptions& options = {},
                                  const ProgressCallback& progress = {});

@@ -7,8 +7,9 @@
 
 namespace truetriad {
 
-/// A value that may be missing, as in std::optional, but whose memory is allocated only if it is
-/// present: for a large member that most of many thousand objects lack. Copies are deep.
+/// A value that may be missing, like std::optional, but memory for the value is allocated only if
+/// it is present. Meant for a large member that is missing in most of many thousand objects. Copies
+/// are deep.
 template <typename T>
 class Boxed {
  public:

@@ -11,14 +11,14 @@
 
 namespace truetriad {
 
-/// What kind of failure an error is; the number is the exit code of the command line.
+/// The kind of an error. Its number is the exit code of the command line.
 enum class ErrorKind {
   kUsage = 1,      ///< The call itself is wrong: unknown verb or flag, a flag missing.
-  kBadInput = 2,   ///< A file is malformed, or no number in it can be trusted as a reading.
+  kBadInput = 2,   ///< A file is missing, malformed or not usable, or the system failed.
   kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
 };
 
-/// The reason for a failure; docs/reasons.md lists all. Names of reasons are never changed.
+/// The reason for a failure; docs/reasons.md lists all reasons. Their names are never changed.
 enum class ErrorCode {
   // Errors of the call.
   kUnknownVerb,
@@ -87,10 +87,10 @@ enum class ErrorCode {
 
 struct ErrorInfo {
   ErrorCode code;
-  std::string_view name;  ///< "missing-column": in files and for scripts.
+  std::string_view name;  ///< As in files and scripts: "missing-column".
   ErrorKind kind;
-  std::string_view meaning;  ///< One line.
-  std::string_view remedy;   ///< What to do about it, in general.
+  std::string_view meaning;  ///< What the error means, in one line.
+  std::string_view remedy;   ///< What the user can do, in general.
 };
 
 /// The descriptions of all codes, in the order of ErrorCode.
@@ -103,23 +103,23 @@ struct FilePlace {
   std::int64_t line = 0;  ///< From 1; 0 where unknown.
   int column = 0;         ///< Field of a table or character of a YAML line, from 1; 0: unknown.
 
-  /// "file:line". Defined here, since modules that are loaded at run time make errors, too.
+  /// "file:line". Inline, since modules that are loaded at run time create errors too.
   std::string Text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
 };
 
 struct Finding;  // model/finding.h
 
-/// A failure: what was seen and where, what was expected, what to try.
+/// A failure. Its message states what was seen and where, what was expected, and what to try.
 struct Error {
   Error(ErrorCode why, std::string text) : code(why), message(std::move(text)) {}
-  /// The message begins with the place.
+  /// Makes an error whose message begins with the place.
   Error(ErrorCode why, FilePlace at, const std::string& text)
       : code(why), message(at.Text() + ": " + text), place(std::move(at)) {}
 
   ErrorKind kind() const { return InfoOf(code).kind; }
   /// The message without its place.
   std::string What() const;
-  /// This error, with the key of the experiment that it is about.
+  /// Sets `key`, the key of the experiment that this error concerns, and returns this error.
   Error About(std::string about) && {
     key = std::move(about);
     return std::move(*this);
@@ -128,17 +128,17 @@ struct Error {
   ErrorCode code;
   std::string message;
   FilePlace place = {};
-  /// For a usage error, the key of the experiment that it is about ("sensors.gyroscope"), or empty.
+  /// The key of the experiment that a usage error concerns, such as "sensors.gyroscope"; or empty.
   std::string key = {};
-  /// If data are not enough, the reason as a finding, for programs; null if there is none.
+  /// The reason as a finding, for programs, if data are not enough; may be null.
   std::shared_ptr<const Finding> finding = {};
 };
 
 /// An error at `place`, which is "file", "file:line" or "file:line: key".
 Error ErrorIn(ErrorCode code, const std::string& place, const std::string& text);
 
-/// One error for several (at least one): code and place of the first, the messages of all, each on
-/// its own line.
+/// Joins `errors` (at least one) into one error: code and place of the first, the messages of all,
+/// each message on its own line.
 Error Joined(const std::vector<Error>& errors);
 
 }  // namespace truetriad

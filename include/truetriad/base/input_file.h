@@ -6,7 +6,7 @@
 
 namespace truetriad {
 
-/// One input file as it was read, for the result.
+/// What a result states about an input file as it was read.
 struct InputFile {
   std::string file;
   std::string sha256;

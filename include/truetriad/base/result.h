@@ -50,8 +50,8 @@ class [[nodiscard]] Status {
 
 }  // namespace truetriad
 
-/// Returns the error of `expression` (a Status or Result) from the enclosing function, if it has
-/// one.
+/// If `expression` (a Status or Result) has an error, returns that error from the enclosing
+/// function.
 #define TRUETRIAD_RETURN_IF_ERROR(expression)            \
   do {                                                   \
     if (auto&& status_or_ = (expression); !status_or_) { \
@@ -62,8 +62,9 @@ class [[nodiscard]] Status {
 #define TRUETRIAD_JOIN_NAMES_OF(a, b) a##b
 #define TRUETRIAD_JOIN_NAMES(a, b) TRUETRIAD_JOIN_NAMES_OF(a, b)
 
-/// Sets `declaration` to the value of the Result that follows, or returns its error from the
-/// enclosing function: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad, name));
+/// If the Result that follows has a value, sets `declaration` to it; otherwise returns the error
+/// from the enclosing function: TRUETRIAD_ASSIGN_OR_RETURN(const Unit unit, ParseTriadUnit(triad,
+/// name));
 #define TRUETRIAD_ASSIGN_OR_RETURN(declaration, ...)            \
   auto TRUETRIAD_JOIN_NAMES(result_, __LINE__) = (__VA_ARGS__); \
   if (!TRUETRIAD_JOIN_NAMES(result_, __LINE__)) {               \

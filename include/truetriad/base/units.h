@@ -20,25 +20,25 @@ inline constexpr double kDegPerRad = 180.0 / std::numbers::pi;  ///< 1 / kRadPer
 
 inline constexpr double kAbsoluteZeroDegc = -273.15;  ///< Definition of the degree Celsius.
 
-/// The unit of a triad's raw readings. Truth is in m/s^2, rad/s or uT; raw stays in this unit.
+/// The unit of a triad's raw readings; true values are in m/s^2, rad/s or uT.
 struct Unit {
-  std::string name;  ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
-  double truth_per_raw =
-      1.0;                 ///< True units in one raw unit; 1 for counts, whose scale is unknown.
-  bool is_counts = false;  ///< ADC counts (or any arbitrary unit): the scale is not known.
+  std::string name;            ///< As in files: "m/s^2", "g", "deg/s", "uT", "mG", "counts", …
+  double truth_per_raw = 1.0;  ///< Size of a raw unit in true units; 1 for counts (size unknown).
+  bool is_counts = false;      ///< ADC counts (or any arbitrary unit): the scale is not known.
 };
 
-/// The unit `name` of readings of `triad`, also in other spellings (dps, µT, LSB). Error (bad
-/// input) lists the units of that triad.
+/// Parses the name of a unit of `triad`; other spellings (dps, µT, LSB) are accepted. Error (bad
+/// input): `name` is unknown; the message lists the units of `triad`.
 Result<Unit> ParseTriadUnit(Triad triad, std::string_view name);
 
-/// "m/s^2", "rad/s" or "uT".
+/// The true unit of `triad`: "m/s^2", "rad/s" or "uT".
 std::string_view TruthUnitName(Triad triad);
 
-/// Nanoseconds in one `name` (s, ms, us, ns); nullopt when there is no such time unit.
+/// Number of nanoseconds in the time unit `name` (s, ms, us or ns); nullopt for another name.
 std::optional<double> NanosecondsPer(std::string_view name);
 
-/// Offset and scale so that degC = scale * raw + offset; nullopt unless `name` is degC or K.
+/// A unit of temperature, in which degC = scale * raw + offset. ParseTemperatureUnit returns
+/// nullopt unless `name` is degC, C, °C or K.
 struct TemperatureUnit {
   double scale = 1.0;
   double offset = 0.0;

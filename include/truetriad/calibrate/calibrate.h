@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// Estimates everything that `options` asks for from the poses. Errors: options that contradict
-/// each other or the poses (usage or bad input). Too little data is not an error but an outcome.
+/// Estimates from the poses everything that `options` asks for. Errors (usage or bad input):
+/// options that contradict each other or the poses. Too little data is not an error but an outcome.
 Result<CalibrationSummary> Calibrate(const PoseSet& poses, const CalibrateOptions& options);
 
 }  // namespace truetriad

@@ -16,7 +16,7 @@ struct ComparisonEntry {
   std::string parameter;
   double a = 0.0, b = 0.0;
   double difference = 0.0;
-  double sigma = 0.0;  ///< σ of the difference, the two taken as independent.
+  double sigma = 0.0;  ///< σ of the difference if the two are independent.
 };
 struct Comparison {
   std::vector<ComparisonEntry> entries;
@@ -24,13 +24,14 @@ struct Comparison {
   int dof = 0;
   double p_value = 1.0;
   double largest_in_sigmas = 0.0;
-  /// What is not compared, in words: what only one of the two holds, or both without a σ.
+  /// Parameters that are not compared, in words: those that one of the two lacks, holds fixed or
+  /// states without a σ.
   std::vector<std::string> not_compared;
-  /// The strength of the field was a convention in one of the two: the common scale of the
-  /// magnetometer was taken out.
+  /// In one of the two, or both, the field strength was a convention. The comparison therefore
+  /// leaves out the common scale of the magnetometer.
   bool field_scale_taken_out = false;
-  /// The body frames are unrelated (one the accelerometer's, the other the magnetometer's): only
-  /// what no rotation changes was compared, biases and C^T C ("gram").
+  /// The body frames are unrelated (one is the accelerometer's, the other the magnetometer's). Only
+  /// values that no rotation changes were compared, such as biases and C^T C ("gram").
   bool frames_differ = false;
 };
 

@@ -12,16 +12,16 @@
 
 namespace truetriad {
 
-/// The turns between the poses of an evaluation: the angle between gravity at the next rest as the
-/// accelerometer shows it and as the turn predicts it.
+/// The turns between the poses of an evaluation. The error of a turn is the angle between gravity
+/// at the next rest as measured there and as predicted by the turn.
 struct EvaluatedTurns {
-  Triad against = Triad::kAccelerometer;  ///< Whose direction is predicted.
+  Triad against = Triad::kAccelerometer;  ///< The sensor whose vector is predicted.
   int count = 0;
   std::vector<double> errors_rad;  ///< Error of each turn.
   double rms_rad = 0.0;
   double median_rad = 0.0;
-  /// RMS and median for an uncalibrated gyroscope (its unit's nominal gains, its mean at rest as
-  /// bias) beside the calibrated accelerometer; unset for counts.
+  /// RMS and median with an uncalibrated gyroscope (nominal gain of its unit, median at rest as
+  /// bias) and the calibrated `against`; unset if the gyroscope's unit is counts.
   std::optional<double> nominal_rms_rad, nominal_median_rad;
   double predicted_rms_rad = 0.0;  ///< Expected from noise and parameter σ.
 };
@@ -33,21 +33,22 @@ struct EvaluationSummary {
   bool is_own = false;
   int poses = 0;
   int clamped_poses = 0;  ///< Outside the calibrated temperatures; evaluated at the nearest one.
-  /// RMS of |C(y-b)| - reference, true unit; the gyroscope's reference is zero, it rests.
+  /// RMS of |C(y-b)| - reference, true unit; a gyroscope's reference is zero, since it rests.
   PerTriad<std::optional<double>> norm_rms;
-  /// The errors are about their mean for lack of a reference: the calibration states no field
-  /// strength, or is a sweep's without a bias of its own.
+  /// Whether errors are relative to their mean, since a reference is missing: the calibration
+  /// states no field strength, or it is of a sweep that had no static calibration.
   PerTriad<bool> about_mean{};
-  PerTriad<std::optional<double>> norm_rms_before;  ///< norm_rms uncalibrated, if units allow it.
+  PerTriad<std::optional<double>> norm_rms_before;  ///< Uncalibrated norm_rms; unset for counts.
   PerTriad<std::optional<double>> predicted_rms;    ///< Expected from noise and parameter σ.
   /// RMS of all errors, whitened by noise and parameter covariance jointly: 1 if as predicted.
-  /// Unlike norm_rms / predicted_rms it counts an error that all poses share, as gravity's, once.
+  /// Unlike norm_rms / predicted_rms, this ratio counts an error that all poses share, such as that
+  /// of gravity, only once.
   PerTriad<std::optional<double>> error_ratio;
   /// Degrees of freedom of the noise estimate behind the prediction; zero if the noise was stated.
   PerTriad<double> noise_dof{};
-  /// Standard deviation of the angle between field and gravity, zero in a uniform field; unset for
-  /// fewer than two poses with both sensors. Beside it the standard deviation that noise and
-  /// parameter σ predict, and the ratio as in `error_ratio`.
+  /// Standard deviation of the angle between field and gravity: zero in a uniform field without
+  /// errors. `predicted_…`: expected from noise and parameter σ. `angle_ratio`: as `error_ratio`.
+  /// Unset for fewer than two poses with both sensors.
   std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
   std::vector<double> angles_rad;  ///< Angle between field and gravity, pose by pose.
   /// Sensors that the calibration covers and of which the poses have no reading.
@@ -64,7 +65,7 @@ enum class PredictionVerdict {
   kAsPredicted,   ///< At most kExpectedErrorRatio times the prediction, or more by chance.
   kWorse,
 };
-/// The ratio of two RMS over a few dozen poses scatters by some 20 %; 1.5 is over twice that.
+/// Over a few dozen poses, the ratio of two RMS scatters by some 20 %; 50 % is over twice that.
 inline constexpr double kExpectedErrorRatio = 1.5;
 PredictionVerdict VerdictOf(const EvaluationSummary& evaluation);
 /// "not-evaluated", "no-test", "no-prediction", "as-predicted", "worse".
@@ -75,8 +76,8 @@ std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation);
 /// True units per count, where the recording states it.
 using CountSizes = PerTriad<std::optional<double>>;
 
-/// Readings may be in other units than the calibration takes, if both are of known size. `is_own`:
-/// `poses` are those that the calibration was made from.
+/// The units of readings may differ from those of the calibration if the sizes of both are known.
+/// `is_own`: whether the calibration was made from `poses`.
 Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,
                                    bool is_own = false,

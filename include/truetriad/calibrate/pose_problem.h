@@ -27,8 +27,9 @@ namespace truetriad {
 /// See examples/known_angle.cc.
 class PoseProblem {
  public:
-  /// Calibrates as Calibrate does. Error: as Calibrate; not enough if the calibration is not
-  /// usable, or for motion, sweeps and models to be chosen, which are no problem of this kind.
+  /// Calibrates as Calibrate does. Errors: as Calibrate; "not enough" if the calibration is not
+  /// usable, or if the options ask for a motion, a sweep, a choice of the model or start values
+  /// alone.
   static Result<PoseProblem> Create(const PoseSet& poses, const CalibrateOptions& options);
 
   PoseProblem(PoseProblem&&) noexcept;
@@ -40,8 +41,8 @@ class PoseProblem {
   /// Parameter blocks of the problem; null if it has no such block.
   double* Bias(Triad triad);         ///< 3, raw unit.
   double* Sensitivity(Triad triad);  ///< 9, raw per true unit, column by column.
-  /// Attitude at PoseSet::poses[pose]: quaternion x y z w, world <- body. Null, too, if only one
-  /// vector sensor has readings of the pose, which show a direction but no attitude.
+  /// Attitude at PoseSet::poses[pose]: quaternion x y z w, world <- body. Also null if only one
+  /// vector sensor has readings of the pose: they show a direction but no attitude.
   double* Attitude(std::size_t pose);
 
   /// The triad's model by the blocks' present values, in the frame of the solution (gauge accel-x,

@@ -6,18 +6,18 @@
 
 namespace truetriad {
 
-/// How much a unit's parameters change between runs beyond noise, that is after each power-up and
-/// from day to day.
+/// How much a unit's parameters change, beyond noise, from one power-up or day to the next.
 struct Repeatability {
   PerTriad<double> bias{{0.0, 0.0, 0.0}};   ///< σ of each axis, true unit.
   PerTriad<double> scale{{0.0, 0.0, 0.0}};  ///< Relative σ of each gain.
 };
 
-/// Adds the repeatability to the calibration's covariance, for comparison with another day's.
+/// Adds the repeatability to the calibration's covariance, to compare it with one of another day.
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
 
-/// The calibration conditioned on this value of gravity: gravity's error, which two calibrations of
-/// one place share, is then no uncertainty of their difference. Unchanged if gravity was exact.
+/// The calibration if gravity is exactly this value. Two calibrations from one place share the
+/// error of gravity, which is then no uncertainty of their difference. Unchanged if gravity was
+/// exact.
 Calibration AtGravity(double gravity_mps2, Calibration calibration);
 
 }  // namespace truetriad

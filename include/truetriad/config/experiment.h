@@ -30,7 +30,7 @@ struct KnownMotionsConfig {
 
 /// One item of `exclude:`.
 struct ExcludedSeconds {
-  double from_s = 0.0, to_s = 0.0;  ///< From the recording's first sample.
+  double from_s = 0.0, to_s = 0.0;  ///< Counted from the recording's first sample.
   std::string stated_in;            ///< "experiment.yaml:12: exclude", for messages.
 
   bool operator==(const ExcludedSeconds&) const = default;
@@ -38,20 +38,21 @@ struct ExcludedSeconds {
 
 /// `poses:` of an experiment.
 struct PosesConfig {
-  /// Static detection unless stated; kRanges reads `file`.
+  /// How poses are found; by default rests are detected. kRanges reads `file`.
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
-  bool given = false;  ///< The experiment has a `poses:` key (else a manifest's own is used).
+  bool given = false;  ///< Whether the experiment has `poses:`; if not, a manifest's counts.
   std::int64_t every = 0;
   std::string column;
   std::string file;                ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;   ///< MotionOptions::spacing_s of kMotion.
-  SweepWindows sweep;              ///< For kSweep; `file`, if set, lists its attitudes.
+  SweepWindows sweep;              ///< For kSweep; then `file`, if set, lists the attitudes.
   bool moves = false;              ///< Also keeps the gyroscope's readings between poses.
   bool ignores_gyroscope = false;  ///< The gyroscope takes no part in finding rests.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
-  /// `sensors: { <sensor>: { time_offset_s: … } }`: subtracted from the times of its readings.
+  /// `sensors: { <sensor>: { time_offset_s: … } }`: subtracted from the times of that sensor's
+  /// readings.
   PerTriad<double> time_offset_s{};
 
   bool operator==(const PosesConfig&) const = default;
@@ -67,24 +68,24 @@ struct SitePosition {
 
 /// `reference: {field: {site: …}}`.
 enum class FieldSite {
-  kUnknown,  ///< Iron and currents may be near: the Earth's field is only compared.
+  kUnknown,  ///< Iron and currents may be near: the Earth's field is used only for comparison.
   kClean,    ///< Nothing disturbs the Earth's field: it is the reference.
 };
 
 struct ExperimentDraft;
 
-/// One experiment YAML, resolved. docs/experiments.md.
+/// An experiment file, with defaults, presets and paths filled in. docs/experiments.md.
 struct Experiment {
   std::string path;
-  /// Recordings, resolved against the experiment file; empty when not given. Several are sessions
-  /// of one unit, between which it was switched off.
+  /// Recordings, resolved against the experiment file; empty when not given. Several recordings are
+  /// sessions of one unit, which was switched off between them.
   std::vector<std::string> inputs;
   std::string serial;
   std::string model;
   Tags tags;
-  std::optional<SitePosition> position;  ///< Gives gravity unless that is stated.
-  /// The undisturbed field at the position, if that has a longitude and a date; it is the reference
-  /// only if the site is stated as clean. If unset, `no_earth_field` says why.
+  std::optional<SitePosition> position;  ///< Gives gravity, unless gravity is stated.
+  /// The undisturbed Earth's field at the position, if the position has a longitude and a date. It
+  /// is the reference only if the site is stated as clean. If unset, `no_earth_field` says why.
   std::optional<EarthField> earth_field;
   std::string no_earth_field;
   CalibrateOptions options;
@@ -95,8 +96,8 @@ struct Experiment {
   bool reference_given = false;      ///< `reference.temperature_degc` is stated, not the default.
   std::string attitudes_file;        ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
-  /// `fixed: {matrix: identity}`: the sensitivity is fixed at truth = raw in true units, for which
-  /// the recording's unit is needed.
+  /// `fixed: {matrix: identity}`: the sensitivity is fixed such that truth = raw, converted to true
+  /// units by the recording's unit.
   PerTriad<bool> fixed_identity{};
   PerTriad<std::string> allan_files;  ///< `noise: {allan: …}`, resolved; empty when not given.
   std::optional<PlanConfig> plan;     ///< `plan:`, which a calibration ignores.
@@ -107,7 +108,8 @@ struct Experiment {
   std::shared_ptr<const ExperimentDraft> draft;  ///< The source of resolved_yaml.
 };
 
-/// The files that the experiment names, except recordings and its plan's program; empty: none.
+/// The names of all files that the experiment may state, except recordings and the plan's program.
+/// Names that are not stated are empty.
 std::vector<std::string*> FilesOf(Experiment& experiment);
 
 /// `resolved_yaml` with the choices that replaced `auto`; it reads back as an experiment that gives
@@ -120,20 +122,20 @@ Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>&
 /// The experiment with poses of another kind: kDetect, kEveryRow or kMotion.
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
 
-/// The experiment for a recording that has only these sensors: its keys for the others are removed,
-/// also from its `resolved_yaml`.
+/// The experiment for a recording that has only the sensors `recorded`: keys of other sensors are
+/// removed, also from `resolved_yaml`.
 Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorded);
 
-/// The value of --poses: detect, every_row, every:N, column:NAME, file:PATH, sweep, sweep:SECONDS;
-/// empty: not given. Error (usage): anything else.
+/// Parses the value of --poses: detect, every_row, every:N, column:NAME, file:PATH, sweep,
+/// sweep:SECONDS; empty: not given. Error (usage): anything else.
 Result<PosesConfig> ParsePoses(const std::string& text);
 
 /// Sets the time offsets and the treatment of time stamps in `poses` to those of the experiment
-/// inside a calibration: clocks belong to the unit.
+/// inside a calibration, since clocks are a property of the unit.
 void TakeClocks(const Calibration& calibration, PosesConfig* poses);
 
-/// A usage error with file and line of the experiment's key that it is about (Error::key); other
-/// errors stay as they are.
+/// If `error` is a usage error, adds the file and line of the experiment's key that it concerns
+/// (Error::key). Other errors are returned unchanged.
 Error AtItsKey(const Experiment& experiment, const Error& error);
 
 /// Reads an experiment, or the one inside a calibration.yaml.

@@ -14,7 +14,7 @@ namespace truetriad {
 
 /// `plan: { nominal: { <sensor>: … } }`: the approximate properties of the unit.
 struct NominalSensor {
-  std::optional<Unit> unit;                        ///< Of future readings; default: true unit.
+  std::optional<Unit> unit;                        ///< Unit of future readings; default: true unit.
   std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; default: unit's scale.
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< Raw.
 };
@@ -24,7 +24,7 @@ struct PlanConfig {
   PlanConfig() { options.random_draws = 200; }
 
   PlanOptions options;          ///< Has the values that `plan:` states.
-  std::string program;          ///< A program to judge instead; resolved; empty when not given.
+  std::string program;          ///< File to judge instead of a search; resolved; empty: none.
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
   PerTriad<NominalSensor> nominal;
 };

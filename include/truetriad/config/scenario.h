@@ -15,9 +15,9 @@ namespace truetriad {
 /// `base:` names a scenario whose keys hold unless the scenario itself states them; lists (motion,
 /// disturbances) replace those of the base as a whole. `overrides` are `key.sub=value` pairs (the
 /// `--set` flag), the value in YAML flow style, read after both. Paths are relative to the file
-/// that names them, in overrides to `path`. Errors (bad input), all at once: unknown and duplicate
-/// keys, wrong types and values out of range, with file:line or the override; a quantity stated in
-/// two units; values that contradict each other.
+/// that names them; paths in overrides, to `path`. Errors (bad input), all at once: unknown and
+/// duplicate keys, wrong types and values out of range, with file:line or the override; a quantity
+/// stated in two units; values that contradict each other.
 Result<Scenario> ReadScenario(const std::string& path,
                               const std::vector<std::string>& overrides = {});
 

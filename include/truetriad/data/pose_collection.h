@@ -18,13 +18,13 @@ enum class PoseSelectionKind {
   kDetect,    ///< Static detection finds them.
   kEveryRow,  ///< Each row is a pose (a pose table).
   kEveryN,    ///< Each block of `every` rows is a pose.
-  kColumn,    ///< A column numbers them, 0 = moving.
+  kColumn,    ///< A column holds the number of each row's pose; 0: moving.
   kRanges,    ///< Row ranges are given.
-  kMotion,    ///< The unit never rests: no poses, all readings in PoseSet::tracks.
-  kSweep,     ///< Few attitudes, held while the temperature changes: windows of time.
+  kMotion,    ///< The unit never rests. There are no poses; PoseSet::tracks keeps all readings.
+  kSweep,     ///< A temperature sweep in a few held attitudes: windows of time are poses.
 };
 
-/// One given rest: rows first…last of the file, 0-based, last included.
+/// One given rest: rows `first` to `last` of the file, counted from 0, both included.
 struct PoseRange {
   std::int64_t first = 0;
   std::int64_t last = 0;
@@ -37,8 +37,8 @@ struct PoseRange {
 /// recording has passed.
 struct SweepWindows {
   double window_s = 0.0;            ///< Range: > 0; 0: not set.
-  std::int64_t window_samples = 0;  ///< Of the leading sensor, per window. Range: >= 1; 0: not set.
-  bool ambient = false;             ///< The ambient temperature is smoothed beside the unit's own.
+  std::int64_t window_samples = 0;  ///< Leading sensor's samples a window. Range: >= 1; 0: not set.
+  bool ambient = false;             ///< Whether the ambient temperature is smoothed as well.
 
   bool operator==(const SweepWindows&) const = default;
 };
@@ -49,32 +49,32 @@ struct ExcludedRange {
   std::string stated_in;  ///< "experiment.yaml:12: exclude[0]", for messages.
 };
 
-/// How the times of readings follow from their stamps: `time:` of an experiment.
+/// How the times of readings follow from their stamps; `time:` of an experiment chooses it.
 enum class TimeStamps {
-  kAuto,       ///< Even if the stamps scatter about even times and readings do not contradict.
+  kAuto,       ///< Even times if stamps scatter about them, unless readings fit the stamps better.
   kAsStamped,  ///< The stamps themselves.
-  kRegular,    ///< Even between the gaps, whatever the stamps look like.
+  kRegular,    ///< Even times between gaps, whatever the stamps look like.
 };
 
 struct PoseSelection {
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
   std::int64_t every = 0;  ///< Rows per pose, for kEveryN. Range: >= 1.
-  /// For kRanges: the poses in file order. For kSweep: the intervals in which an attitude is held;
-  /// intervals of one id are one attitude; no interval: one attitude all the time.
+  /// For kRanges: the poses in file order. For kSweep: the intervals in which an attitude is held.
+  /// Intervals with one id have one attitude; without intervals, one attitude is held all the time.
   std::vector<PoseRange> ranges;
   SweepWindows sweep;  ///< For kSweep.
-  /// Keep the gyroscope's readings between the poses. Not possible without time.
+  /// Whether the gyroscope's readings between the poses are kept. Not possible without time.
   bool moves = false;
-  /// The gyroscope gives no means in poses and no part in their detection, unless it is alone.
+  /// The gyroscope has no part in detecting poses and no means in them, unless it leads (is alone).
   bool ignores_gyroscope = false;
-  /// Known turns and rates. A pose that overlaps a stated rate is no rest, and a move in which a
-  /// rate was held is not used, so that its readings count once.
+  /// Known turns and rates. A pose that overlaps a stated rate is no rest. A move in which a rate
+  /// was held is not used, so that no reading is used twice.
   std::vector<StatedTurn> turns;
   std::vector<StatedRate> rates;
   std::vector<ExcludedRange> excluded;
   TimeStamps time_stamps = TimeStamps::kAuto;
-  /// By how much the times of each triad are later than the moments of its readings; it is
-  /// subtracted before poses are sought. Needs times unless it is zero.
+  /// How much later the times of each triad are than the moments of its readings. The offset is
+  /// subtracted before poses are sought. If it is not zero, the recording must have times.
   PerTriad<double> time_offset_s{};
 
   bool Ignores(Triad triad) const { return ignores_gyroscope && triad == Triad::kGyroscope; }
@@ -82,29 +82,29 @@ struct PoseSelection {
 
 /// How rests are found. The defaults need no tuning for any unit or rate.
 struct StaticDetectorOptions {
-  /// Shortest rest that counts, in seconds, after settling time is cut. Range: > 0.
+  /// Shortest duration of a rest, s, after its settling time is cut off. Range: > 0.
   double min_duration_s = 1.0;
   /// A shorter disturbance does not split a rest if the attitude is the same before and after.
   double max_knock_s = 1.5;
-  /// The gyroscope's turns between the rests are used; CollectPoses sets it.
+  /// Whether the gyroscope's turns between the rests are used; CollectPoses sets this.
   bool has_turns = false;
 };
 
 /// Called after each batch of blocks with the share of the work done, 0…1.
 using ProgressCallback = std::function<void(double)>;
 
-/// Streams `source` once and reduces it to poses: mean, covariance of the mean (correlated noise
-/// allowed for), temperature, duration. Memory does not grow with the length of the log, but for
-/// kMotion, which keeps every reading (32 bytes).
-/// Error: malformed readings (stuck or clipped sensor everywhere, time going backwards) are bad
-/// input; no rests is not-enough.
+/// Reads `source` once and reduces it to poses: mean, covariance of the mean (allowing for
+/// correlated noise), temperature and duration. Memory does not grow with the length of the log,
+/// except for kMotion, which keeps every reading (32 bytes each).
+/// Error (bad input): malformed readings, such as a sensor that is stuck or clipped everywhere, or
+/// time that goes backwards. Error (not enough): no rest.
 Result<PoseSet> CollectPoses(SampleSource& source,
                              const PoseSelection& selection,
                              const StaticDetectorOptions& options = {},
                              const ProgressCallback& progress = {});
 
-/// Moves the poses at which a rate was held from set->poses to set->rates; for pose tables, which
-/// CollectPoses does not read. Error (bad input): a rate stated by rows, or an unknown number.
+/// For pose tables, which CollectPoses does not read: moves the poses at which a rate was held from
+/// set->poses to set->rates. Error (bad input): a rate is not stated for a pose of the table.
 Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set);
 
 }  // namespace truetriad

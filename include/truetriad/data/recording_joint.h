@@ -10,8 +10,8 @@ namespace truetriad {
 struct RecordingJoint {
   std::int64_t time_ns = 0;  ///< Time of the first reading after the joint.
   std::int64_t row = 0;      ///< Data row of that reading.
-  std::string seen;          ///< The evidence for it, in words.
-  bool is_told = false;      ///< A finding already reports it.
+  std::string seen;          ///< The evidence for the joint, in words.
+  bool is_told = false;      ///< Whether a finding already reports the joint.
 };
 
 }  // namespace truetriad

@@ -20,10 +20,10 @@ namespace truetriad {
 struct StreamInfo {
   Triad triad = Triad::kAccelerometer;
   Unit unit;
-  std::string file;                    ///< The file that holds it, as the user named it.
-  std::optional<double> si_per_count;  ///< True units per count, when the recording states it.
+  std::string file;                    ///< Path of the file with this triad, as the user gave it.
+  std::optional<double> si_per_count;  ///< SI units per count; unset if not stated.
   bool has_temperature = false;
-  bool has_ambient = false;  ///< A second thermometer, outside of the unit.
+  bool has_ambient = false;  ///< Whether there is a second thermometer, outside of the unit.
   bool has_pose_column = false;
   /// Rows are read together in groups of this size, counted from the first row. Only the last row
   /// of a group has its own time stamp; the others are stamped evenly up to it.
@@ -38,7 +38,7 @@ struct RecordingInfo {
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
   std::vector<StreamInfo> streams;  ///< At most one per triad.
   std::vector<std::string>
-      ignored_columns;  ///< Neither a reading, a time, a temperature nor a pose.
+      ignored_columns;  ///< Columns with neither a reading, a time, a temperature nor a pose.
   const StreamInfo* Find(Triad triad) const {
     for (const StreamInfo& stream : streams) {
       if (stream.triad == triad) return &stream;
@@ -56,14 +56,14 @@ struct SampleBlock {
   std::span<const double> temperature_degc;  ///< Empty, or as long as x; NaN where not known yet.
   std::span<const std::int32_t> pose;        ///< Empty, or as long as x; 0 = moving.
   std::span<const std::int64_t> row;         ///< 0-based data row in the stream's file.
-  /// As temperature_degc; empty unless the source was asked for it.
+  /// Ambient temperature, NaN where not known yet; empty unless the source was asked for it.
   std::span<const double> ambient_degc{};
 };
 
 /// Counts of a stream's rows; complete once Next has returned false.
 struct StreamCounts {
-  std::int64_t samples = 0;        ///< Handed over by Next.
-  std::int64_t dropped_empty = 0;  ///< Rows without this triad's fields (a slower sensor) or NaN.
+  std::int64_t samples = 0;        ///< Number of samples that Next gave.
+  std::int64_t dropped_empty = 0;  ///< Rows with an empty (as of a slower sensor) or NaN field.
 };
 
 /// Samples of all triads of one recording, streamed with bounded memory.
@@ -72,9 +72,10 @@ class SampleSource {
   virtual ~SampleSource() = default;
   virtual const RecordingInfo& info() const = 0;
 
-  /// Clears `blocks` and fills it with the next samples. Blocks of one triad come in time order
-  /// (equal times allowed); with several files the one that lags most is read next, so that
-  /// streams stay within one block of each other. Returns false at the end (blocks empty).
+  /// Clears `blocks` and fills it with the next samples. The blocks of a triad come in order of
+  /// time; equal times are allowed. Of several files, the one that lags most is read next, so that
+  /// the streams stay within one block of each other. Returns false at the end, with `blocks`
+  /// empty.
   virtual Result<bool> Next(std::vector<SampleBlock>* blocks) = 0;
 
   /// Share of the input already read, 0…1, for progress.
@@ -82,7 +83,8 @@ class SampleSource {
 
   virtual StreamCounts counts(Triad triad) const = 0;
 
-  /// Where times restarted and were shifted to follow the last; complete once Next returned false.
+  /// Places where times restarted; the times after them were shifted to continue. Complete once
+  /// Next has returned false.
   virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.

@@ -8,10 +8,10 @@
 
 namespace truetriad {
 
-/// Joins recordings of one unit, which was switched off in between, into one set: poses are
-/// numbered consecutively, times of a later session come after those of the one before, and no
-/// move leads from one to the other. Error (bad input): different serials, sensors or units of
-/// measurement, or only some have times.
+/// Joins recordings of one unit, which was switched off in between, into one set. Poses are
+/// numbered consecutively, the times of a session come after those of the session before, and no
+/// move leads from one session to the next. Error (bad input): serials, sensors or units of
+/// measurement differ, or only some of the recordings have times.
 Result<PoseSet> JoinSessions(std::vector<PoseSet> sessions);
 
 }  // namespace truetriad

@@ -26,18 +26,18 @@ namespace truetriad {
 struct TriadPose {
   std::int64_t samples = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  /// Covariance of mean_raw, raw unit squared, correlated noise allowed for; zero when unknown
-  /// (one sample, no sigma column): then `has_covariance` is false.
+  /// Covariance of mean_raw, raw unit squared, allowing for correlated noise. If it is unknown (one
+  /// sample and no sigma column), it is zero and `has_covariance` is false.
   Eigen::Matrix3d mean_covariance_raw = Eigen::Matrix3d::Zero();
   bool has_covariance = false;
   /// Sample covariance inside the rest (one sample's noise), raw unit squared.
   Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
-  /// Mean of the rest's last window less mean of its first; zero if it is too short for two
-  /// windows. Divided by the pose's duration it is the derivative of mean_raw by a shift of the
-  /// clock.
+  /// Mean at the end of the rest less mean at its begin, each over a window, or over up to 1/64 of
+  /// a long rest; zero if the rest is too short for two windows. Divided by the pose's duration,
+  /// this is the derivative of mean_raw with respect to a shift of the clock.
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
-  /// Mean of the rest's first and of its last quarter less mean of its middle half, times the
-  /// duration of a quarter, raw unit s, and the σ of both; zero with fewer than 16 windows.
+  /// Mean of the rest's first quarter, and of its last, less mean of its middle half, times the
+  /// duration of a quarter; then the σ of both. Raw unit s; zero with fewer than 16 windows.
   Eigen::Vector3d first_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d quarter_sigma_raw_s = Eigen::Vector3d::Zero();
@@ -69,16 +69,17 @@ struct StaticPose {
   std::int64_t middle_ns() const { return start_ns / 2 + end_ns / 2; }
 };
 
-/// The gyroscope's readings between two consecutive poses, or where a turn is stated.
+/// The gyroscope's readings between two consecutive poses, or in the rows or times of a stated
+/// turn.
 struct RecordedMove {
   std::size_t from = 0;  ///< Index of the pose before the move; the next pose follows it.
   std::vector<std::int64_t> time_ns;
   std::vector<Eigen::Vector3d> gyroscope_raw;
   /// Interpolated to the gyroscope's times; empty without the sensor.
   std::vector<Eigen::Vector3d> accelerometer_raw, magnetometer_raw;
-  std::optional<Finding> fault;  ///< Why the readings do not determine the turn.
+  std::optional<Finding> fault;  ///< Why the readings do not determine the turn; unset if they do.
 
-  /// Range: at least one reading.
+  /// Needs at least one reading.
   double duration_s() const { return 1e-9 * static_cast<double>(time_ns.back() - time_ns.front()); }
 };
 
@@ -90,21 +91,21 @@ struct ReadingTrack {
 };
 
 /// The lowest and the highest reading of each axis in consecutive slices of equal length. A drawing
-/// of a long recording needs no more, and no outlier is lost, as would be if some were skipped.
+/// of a long recording needs no more, and shows every outlier.
 struct ReadingTrace {
   struct Slice {
-    Eigen::Vector3f lowest_raw, highest_raw;  ///< Lowest above highest: no reading in it.
+    Eigen::Vector3f lowest_raw, highest_raw;  ///< Lowest > highest: no reading in the slice.
   };
   std::int64_t start_ns = 0, slice_ns = 0;
   std::vector<Slice> slices;  ///< Empty without time.
 };
 
-/// The smoothed temperatures of a sweep and the place of its windows in them.
+/// The smoothed temperatures of a sweep, and where its windows lie in them.
 struct SweepTrack {
   TemperatureTrack temperature;
-  /// The ambient one at the same times, if SweepWindows::ambient asked for it; NaN where unread.
+  /// Ambient temperature at the same times, if SweepWindows::ambient asked for it; NaN: not read.
   TemperatureTrack ambient;
-  /// For each pose (window): places in the track [first, last], and the attitude, counted from 0.
+  /// For each pose (window): first and last place in the track, and number of the attitude, from 0.
   std::vector<std::size_t> first, last;
   std::vector<int> attitude;
   std::vector<std::string> attitude_names;
@@ -124,13 +125,13 @@ struct KnownRate {
   StaticPose means;
 };
 
-/// How the time stamps of a stream lie about even times between its gaps.
+/// How the time stamps of a stream scatter about even times, between gaps.
 enum class StampKind {
   kRegular,    ///< The RMS jitter is below 2 % of an interval.
   kJittered,   ///< Each stamp has an error of its own.
   kInBursts,   ///< Several samples wait and are stamped together on arrival.
   kOnTicks,    ///< Rounded to the ticks of a coarse clock.
-  kIrregular,  ///< The errors about even times grow with the length of the interval.
+  kIrregular,  ///< Errors about even times add up from sample to sample.
 };
 
 /// "regular", "jittered", "in bursts", "on ticks", "irregular".
@@ -142,30 +143,31 @@ struct StreamSummary {
   Unit unit;
   std::int64_t samples = 0;
   std::int64_t dropped_empty = 0;
-  double rate_hz = 0.0;  ///< Mean between the gaps; 0 without time.
-  /// Median number of consecutive rows with the same reading: more than 1 where the log is faster
-  /// than the sensor.
+  double rate_hz = 0.0;  ///< Mean rate between gaps; 0 without time.
+  /// Median number of consecutive rows with the same reading; more than 1 if the log is faster than
+  /// the sensor.
   double repeats = 1.0;
   StampKind stamps = StampKind::kRegular;
-  double jitter_s = 0.0;         ///< RMS of the time stamps about even times.
+  double jitter_s = 0.0;         ///< RMS difference of the stamps from even times.
   bool are_stamps_even = false;  ///< Whether even times replace the stamps.
-  std::int64_t gaps = 0;         ///< Spacings above 5 times the usual one.
+  std::int64_t gaps = 0;         ///< Number of spacings above 5 times the usual one.
   double longest_gap_s = 0.0;
-  double longest_gap_at_s = 0.0;  ///< Begin of that gap, from the stream's first sample.
+  double longest_gap_at_s = 0.0;  ///< Begin of the longest gap, from the stream's first sample.
   std::int64_t duplicate_times = 0;
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  /// The half of all readings whose lengths lie closest together: their length and, as shares of
-  /// it, the scatter of their lengths and the range of each axis.
+  /// The half of all readings whose lengths lie closest together (LengthSpread): their length, the
+  /// scatter of lengths and the range of each axis; the last two are shares of the length.
   double length_raw = 0.0;
   double length_scatter = 0.0;
   Eigen::Vector3d length_extent = Eigen::Vector3d::Zero();
   Eigen::Vector3d resolution_raw = Eigen::Vector3d::Zero();  ///< Smallest step; zero when unknown.
-  /// Width of the interval of rates that give one repeated reading: the step, or a dead band.
+  /// Width of the interval of inputs that give the same reading: the step, or a dead band.
   Eigen::Vector3d rest_step_raw = Eigen::Vector3d::Zero();
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
-  /// Long-run over white variance inside rests (1 = white); factor of the variance of means.
+  /// Long-run variance over white variance inside rests; 1: white noise. Correlated noise raises
+  /// the variance of a mean by this factor.
   Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
   /// Upper bound of the shift of all means by one-sided outliers (spikes); zero without outliers.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
@@ -185,10 +187,10 @@ struct PoseSet {
   std::string serial;
   Tags tags;  ///< A manifest's statements about the unit and the run.
   std::vector<StaticPose> poses;
-  std::vector<RecordedMove> moves;  ///< Where PoseSelection::moves asked for them.
-  PerTriad<ReadingTrack> tracks;    ///< Where PoseSelectionKind::kMotion asked for them.
+  std::vector<RecordedMove> moves;  ///< Filled in if PoseSelection::moves is true.
+  PerTriad<ReadingTrack> tracks;    ///< Filled in for PoseSelectionKind::kMotion.
   PerTriad<ReadingTrace> traces;
-  SweepTrack sweep;              ///< Where PoseSelectionKind::kSweep asked for windows.
+  SweepTrack sweep;              ///< Filled in for PoseSelectionKind::kSweep.
   std::vector<KnownTurn> turns;  ///< In the order they were stated.
   std::vector<KnownRate> rates;  ///< In the order they were stated.
   std::vector<StreamSummary> streams;
@@ -200,7 +202,7 @@ struct PoseSet {
   double static_share = 0.0;                              ///< Share of the duration spent in poses.
   std::optional<Eigen::Vector2d> temperature_range_degc;  ///< Over the whole recording.
   std::vector<RecordingJoint> joints;                     ///< In order of time.
-  std::vector<TimeRange> excluded;   ///< Readings left out: on request, or as duplicates.
+  std::vector<TimeRange> excluded;   ///< Times of readings left out on request or as duplicates.
   PerTriad<double> time_offset_s{};  ///< Already subtracted from the triad's times.
   /// Remaining delay of a triad's readings against the reference triad, if it is 0.25 s or more.
   PerTriad<std::optional<double>> clock_lag_s;

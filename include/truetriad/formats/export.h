@@ -19,7 +19,7 @@
 
 namespace truetriad {
 
-/// The arithmetic of a consumer, the program that uses an exported file.
+/// The arithmetic in which a program applies an exported file. Below, this program is the consumer.
 enum class Arithmetic { kFloat32, kFloat64, kIntegers };
 
 /// A kind of parameter file that other programs read.
@@ -29,61 +29,62 @@ struct FormatInfo {
   std::string_view file_name;    ///< Default name of such a file: "px4.params".
   Arithmetic arithmetic = Arithmetic::kFloat64;
   bool can_import = false;
-  /// The number of the first of several equal sensors, if one file holds them all.
+  /// If one file holds several equal sensors: the number of the first one.
   std::optional<int> first_instance = {};
 };
 
 /// All formats, in the order of the documentation.
 std::vector<FormatInfo> Formats();
 
-/// Error (usage): no such format; the message names the nearest one.
+/// Error (usage): no format has this name; the message suggests the nearest name.
 Result<FormatInfo> InfoOfFormat(std::string_view name);
 
 struct ExportOptions {
-  /// The version of the exporting program, for the comment: "0.1.0".
+  /// The version of the exporting program, "0.1.0"; the file's comment states it.
   std::string software_version = {};
-  /// The name of the file selects a script (.m) or a .mat for MATLAB.
+  /// The name of the output. For "matlab", .m selects a script instead of a .mat; for "record",
+  /// .html and .htm select a page instead of JSON.
   std::string file_name = {};
-  /// The temperature at which a calibration is evaluated for a format that holds only constants,
-  /// degC; unset: the calibration's reference. Range: inside the calibrated range.
+  /// Temperature terms that the format cannot hold are evaluated at this temperature, degC. Unset:
+  /// at their reference temperature. Range: the calibrated range.
   std::optional<double> temperature_degc = {};
-  /// Refuse if some reading has an error above this share of the signal. Range: >= 0.
+  /// Refuses if the largest error of a sensor exceeds this share of its signal. Range: >= 0.
   std::optional<double> max_loss = {};
-  /// Units of the readings that the consumer gets, for formats that leave them open.
+  /// Units of the readings that the consumer corrects, for formats that do not fix them.
   PerTriad<std::optional<std::string>> units = {};
-  /// The number of one of several equal sensors in the consumer's counting; unset: `slots`.
+  /// Which of several equal sensors this is, in the consumer's counting. Unset: the first.
   std::optional<int> instance = {};
-  /// The consumer's identification of the sensor, for formats that have one; unset: that of the
-  /// calibration.
+  /// The sensor's device ID in the consumer, for formats that state IDs. Unset: as in the Tags.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
-  /// For a consumer with several sets of parameters: the set of the sensor with this number, and
-  /// that of its temperature terms (Tags); unset: those of the calibration, else the first.
+  /// If the consumer has several sets of parameters: the number of each sensor's set, and of the
+  /// set with its temperature terms. Unset: as in the calibration's Tags, otherwise `instance`.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
   /// The sets of temperature terms that the consumer does not use (Tags). Enabling the terms of
   /// this sensor must not enable these sets.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
-  /// Noise densities and rates for formats that hold them.
+  /// Noise densities and sampling rates, for formats that hold them.
   std::optional<AllanResult> allan = {};
-  /// Further lines at the beginning of the files.
+  /// Lines added to the comment of the files.
   std::vector<std::string> further_comment = {};
-  /// Also exports a unit that may not be delivered; the files say so.
+  /// A unit that may not be delivered is exported, too; its files then say so.
   bool allows_outside_limits = false;
   /// The laboratory and its equipment, for the calibration record.
   std::optional<Laboratory> laboratory = {};
 };
 
-/// The difference of the consumer's result, in its arithmetic, from C(T) (y - b(T)) over a sphere
-/// of inputs and the calibrated temperatures, true unit.
+/// The errors, in the true unit, of the results that the consumer computes from the file, in its
+/// arithmetic. The whole calibration predicts the readings: for truths on a sphere, at the
+/// calibrated temperatures.
 struct ExportLoss {
-  double signal = 0.0;   ///< Radius of the sphere.
-  double largest = 0.0;  ///< Largest length of the difference.
+  double signal = 0.0;   ///< Radius of the sphere of truths.
+  double largest = 0.0;  ///< Largest length of an error.
   double rms = 0.0;
-  /// Largest ratio of the difference to the σ with which the calibration predicts that reading;
-  /// unset if the calibration states none.
+  /// Largest ratio of the error of a corrected reading to the σ that the calibration's covariance
+  /// gives for this reading; unset if no such σ is above zero.
   std::optional<double> in_sigmas;
-  /// The difference while the temperature changes at rates of the calibration's sweep, up and down,
-  /// after its lags have settled. Set if the format holds no terms in the rate and the calibration
-  /// states the rates.
+  /// The errors while the temperature changes steadily, at rates over the range of the
+  /// calibration's sweep, after the sensor's lags have settled. Set if the format drops the terms
+  /// in the rate or the lags, and the calibration states the range of rates.
   struct AtRates {
     Eigen::Vector2d range_degcps = Eigen::Vector2d::Zero();
     double largest = 0.0;
@@ -94,7 +95,7 @@ struct ExportLoss {
   double share() const { return largest / signal; }
 };
 
-/// A file of an export; `suffix` is appended to the name that the user gave.
+/// A file of an export. `suffix` is appended to the name of the output that the user gave.
 struct ExportedFile {
   std::string suffix;
   std::string text;
@@ -103,55 +104,57 @@ struct ExportedFile {
 struct Export {
   std::vector<ExportedFile> files = {};
   PerTriad<std::optional<ExportLoss>> loss = {};
-  std::vector<std::string> notes = {};     ///< What the format cannot hold; what its user must do.
+  std::vector<std::string> notes = {};     ///< What the format drops; what the file's user must do.
   std::vector<std::string> warnings = {};  ///< What degrades the result.
-  Findings findings = {};                  ///< Warnings about sensors.
-  PerTriad<bool> is_turned = {};           ///< The sensor's axes are rotated or swapped.
+  Findings findings = {};                  ///< Further warnings, each about one sensor.
+  PerTriad<bool> is_turned = {};           ///< The format drops a rotation or swap of the axes.
 };
 
-/// The calibration of one set of a device's sensors, and its folder.
+/// A device may have several equal sets of sensors: the calibration of one set, and its folder.
 struct ResultOfInstance {
   const Calibration* calibration = nullptr;
   std::string folder;
-  int instance = 0;  ///< The number of the set of equal sensors, from 0.
+  int instance = 0;  ///< The number of the set, from 0.
 };
 
-/// The texts of exported files by their paths.
+/// The exports of all results of a device. `files`: the text of each file by its path.
 struct ExportsBeside {
   std::map<std::string, std::string> files;
   std::vector<std::string> warnings;  ///< As Export::warnings.
   Findings findings;                  ///< As Export::findings; "instance" names the sensors.
-  bool is_whole = true;               ///< Each usable result was exported to each format.
+  bool is_whole = true;               ///< No sensor was left out that a format could hold.
 };
 
-/// The usable results of a device in each of `formats`: one file beside each result, or, where a
-/// format numbers equal sensors, one file beside the first. A result that does not fit a format is
-/// left out of it with a warning. Errors: as ExportCalibration.
+/// Exports the usable results of a device to each of `formats`. If a format numbers equal sensors,
+/// one file beside the first result holds all; otherwise each result has its own file. A result
+/// that does not fit a format is left out of it, with a warning. Errors: as ExportCalibration.
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
 
-/// Whether a file, whatever its name, is an export of the unit of this serial number (if given) or
-/// of a unit without a serial number. Error (bad input): the file cannot be read.
+/// Whether the contents of a file are those of an export. Withdrawn and temporary files do not
+/// count. If `serial` is given, exports of units with another serial number do not count either.
+/// Error (bad input): the file cannot be read.
 Result<bool> IsExport(const std::filesystem::path& path,
                       const std::optional<std::string>& serial = std::nullopt);
 
-/// Renames each export in `folder` and its subfolders instance-N to NAME.withdrawn (then
-/// NAME.withdrawn-2), unless a file of `written` replaces it, and returns the names. Called for a
-/// folder whose result changes or may no longer be delivered. Errors (bad input): a folder cannot
-/// be listed, a file cannot be renamed.
+/// Renames each export in `folder` and its subfolders instance-N to NAME.withdrawn (if this name is
+/// taken: NAME.withdrawn-2) and returns the new names. Paths in `written` are not renamed, as they
+/// are replaced. Called if the result of the folder changes or may no longer be delivered. Errors
+/// (bad input): a folder cannot be listed; a file cannot be read or renamed.
 Result<std::vector<std::string>> WithdrawExports(
     const std::string& folder, const std::map<std::string, std::string>& written = {});
 
-/// `calibration` as the text of `format`, read back and compared. Errors: no such format, an option
-/// it lacks (usage); a calibration that is not usable, may not be delivered (kOutsideLimits) or
-/// does not fit the format, a loss above options.max_loss (bad input).
+/// Writes `calibration` as the text of `format`, reads the text back and compares. Errors (usage):
+/// no such format; an option that the format does not have. Errors (bad input): the calibration is
+/// not usable, may not be delivered (kOutsideLimits) or does not fit the format; the loss exceeds
+/// options.max_loss.
 Result<Export> ExportCalibration(const Calibration& calibration,
                                  std::string_view format,
                                  const ExportOptions& options = {});
 
-/// Only the noise of `options.allan` as the text of `format`, for uncalibrated sensors: bias zero,
-/// gains one. Errors: as ExportCalibration; no noise.
+/// Writes the noise in `options.allan` as the text of `format`, for uncalibrated sensors: biases
+/// are zero and gains one. Errors: as ExportCalibration; options.allan is unset (usage).
 Result<Export> ExportNoise(std::string_view format, const ExportOptions& options);
 
 }  // namespace truetriad

@@ -15,12 +15,12 @@ namespace truetriad {
 struct ImportOptions {
   /// The version of the importing program: "0.1.0".
   std::string software_version = {};
-  /// Units of the readings for the calibration; unset: true units, or those of the file. Must be
-  /// set if the file does not state them.
+  /// Units of the calibration's readings. Unset: the true unit if the format fixes a unit,
+  /// otherwise the unit that the file states. Must be set if neither states a unit.
   PerTriad<std::optional<std::string>> units = {};
-  /// The number of one of several equal sensors in the other system's counting; unset: its first.
+  /// Which of several equal sensors is imported, in the other program's counting. Unset: the first.
   std::optional<int> instance = {};
-  /// Selects a sensor by its identification instead of `instance`, for formats that state one.
+  /// Device IDs that select the sensors in place of `instance`, for formats that state IDs.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
 };
 
@@ -29,10 +29,10 @@ struct Import {
   std::vector<std::string> notes;  ///< The assumptions that were made.
 };
 
-/// The calibration that a unit uses today, for comparison and evaluation: the consumer's equation
-/// as bias and sensitivity, every σ zero. The gauge follows from the form of the leading triad's
-/// matrix. Errors: no such format, one that cannot be imported, an unknown unit (usage); files that
-/// cannot be read or hold no calibration (bad input).
+/// Imports the calibration that a unit uses today, for comparison and evaluation. The equation of
+/// the other program becomes bias and sensitivity; every σ is zero. The gauge follows from the form
+/// of the leading triad's matrix. Errors (usage): no such format; a format that cannot be imported;
+/// an unknown unit. Errors (bad input): files that cannot be read or hold no calibration.
 Result<Import> ImportCalibration(std::string_view format,
                                  const std::vector<std::string>& paths,
                                  const ImportOptions& options = {});

@@ -11,11 +11,11 @@
 
 namespace truetriad {
 
-/// The person, place, procedure and equipment of a calibration, for its record. Fields that are not
-/// stated are empty.
+/// Laboratory, procedure and equipment of a calibration, for its record. A field that is not stated
+/// is empty.
 struct Equipment {
   std::string name, serial, certificate;
-  std::string calibrated;  ///< Day of its own calibration, "2026-01-31".
+  std::string calibrated;  ///< The day on which it was calibrated itself: "2026-01-31".
   std::string due;         ///< The last day on which that calibration is valid.
 };
 struct Laboratory {
@@ -23,7 +23,8 @@ struct Laboratory {
   std::vector<Equipment> equipment;
 };
 
-/// The keys of a laboratory.yaml and of the record in their order; the first is required.
+/// The keys of laboratory.yaml and of the record, in their order. In each list the first key is
+/// required.
 template <typename Of>
 struct LaboratoryKey {
   std::string_view key;
@@ -42,12 +43,12 @@ inline constexpr std::array<LaboratoryKey<Equipment>, 5> kEquipmentKeys = {
      {"calibrated", &Equipment::calibrated, true},
      {"due", &Equipment::due, true}}};
 
-/// Reads a laboratory.yaml. Errors (bad input), all at once with file and line: no name, an invalid
-/// day, unknown keys.
+/// Reads a laboratory.yaml. Errors (bad input), reported together with file and line: a missing
+/// name, an invalid day, an unknown key.
 Result<Laboratory> ReadLaboratory(const std::string& path);
 
-/// Whether `created`, the time of a calibration in ISO 8601, is after the due day of the equipment.
-/// Unset if one of them is not stated.
+/// Whether the calibration time `created` (ISO 8601) is after the due day of the equipment; unset
+/// if the time or the due day is not stated.
 std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created);
 
 }  // namespace truetriad

@@ -9,22 +9,23 @@
 namespace truetriad {
 
 /// The text of calibration.yaml, with 17 significant digits. Sensors and covariance are left out
-/// unless the outcome is converged, and residuals of single poses if there are more than 2000.
+/// unless the outcome is converged. Residuals of single poses are left out if there are more than
+/// 2000 of them.
 std::string CalibrationToYaml(const Calibration& calibration);
 
-/// Reads calibration.yaml back to the same bits. Errors (bad input), with their line: unknown,
-/// duplicate and missing keys, another format version, a correction that is not the inverse of its
-/// sensitivity. `name` stands for the file in messages.
+/// Reads calibration.yaml; all numbers get the bits that were written. Errors (bad input), with
+/// line: unknown, duplicate and missing keys, another format version, a correction that is not the
+/// inverse of its sensitivity. `name` stands for the file in messages.
 Result<Calibration> ReadCalibration(const std::string& path);
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name);
 
-/// The serial number in a calibration.yaml, of which only the keys before `inputs:` are parsed.
-/// Errors (bad input): unreadable, another kind of file.
+/// The serial number in a calibration.yaml. Only the keys before `inputs:` are parsed. Errors (bad
+/// input): the file is unreadable or of another kind.
 Result<std::string> ReadSerial(const std::string& path);
 
-/// The current time, or that of the environment variable SOURCE_DATE_EPOCH (whole seconds since
-/// 1970) so that the same input gives the same bytes: "2026-01-31T12:00:00Z". A malformed variable
-/// is ignored.
+/// The current time as "2026-01-31T12:00:00Z". If the environment variable SOURCE_DATE_EPOCH states
+/// a time (whole seconds since 1970), that time is used, so that the same input gives the same
+/// bytes. A malformed variable is ignored.
 std::string TimestampUtc();
 
 /// Writes `text` to `path` so that the file appears whole or not at all: it is written beside the

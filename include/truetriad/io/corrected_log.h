@@ -16,7 +16,7 @@ namespace truetriad {
 
 struct CorrectedLogSummary {
   std::int64_t rows = 0;
-  std::int64_t clamped_temperature = 0;  ///< Rows corrected at a limit of the calibrated range.
+  std::int64_t clamped_temperature = 0;  ///< Rows with a temperature outside the calibrated range.
   /// Rows in which a triad is empty because its correction needs a temperature or force that the
   /// log had not yet stated.
   std::int64_t not_corrected = 0;
@@ -25,14 +25,15 @@ struct CorrectedLogSummary {
   PerTriad<double> mean_length{};
 };
 
-/// Streams `source` through `calibration` into a self-describing CSV in true units (m/s^2, rad/s,
-/// uT), written beside `path` and renamed when complete. There is a row for each time at which some
-/// triad has a sample; fields of the others stay empty. Triads without a calibration are left out
-/// (see the summary). Thermal terms are evaluated at the row's temperature, clamped to the
-/// calibrated range; if they depend on its rate or a lag, temperature is filtered row by row
-/// (model/thermal.h). Error: no triad can be corrected, the calibration is not usable, a unit does
-/// not fit, a temperature column or accelerometer that the calibration needs is missing, bad rows;
-/// `stop`, which is called repeatedly, returned true: no file is left.
+/// Corrects the readings of `source` by `calibration` and writes them to a self-describing CSV in
+/// true units (m/s^2, rad/s, uT). The file is written beside `path` and renamed when complete.
+/// There is a row for each time at which some triad has a sample; fields of triads without a sample
+/// stay empty. Triads without a calibration are left out (see the summary). Thermal terms are
+/// evaluated at the row's temperature, clamped to the calibrated range. If they depend on the rate
+/// of the temperature or on a lag, the temperature is filtered row by row (model/thermal.h). Error:
+/// no triad can be corrected, the calibration is not usable, a unit does not fit, a temperature
+/// column or accelerometer that the calibration needs is missing, a row is bad, or `stop`, which is
+/// called repeatedly, returned true. After an error no file is left.
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,

@@ -18,11 +18,12 @@ struct OpenRecordingOptions {
   std::string pose_column;
   /// Read the ambient temperature too, if the recording has one.
   bool ambient = false;
-  /// If the time of a single file goes back by over 20 intervals, and not again within 20 rows,
-  /// another piece of recording begins: its times are shifted to follow the previous piece, and
-  /// SampleSource::joints lists the place. Otherwise times that go back are an error.
+  /// Whether a single file may be joined from pieces. If the present piece has 20 rows or more and
+  /// time goes back by over 20 intervals, another piece begins: its times are shifted to follow the
+  /// previous piece, and SampleSource::joints lists the place. Otherwise times that go back are an
+  /// error.
   bool may_be_joined = false;
-  /// Sensors of a manifest that are not read, even if their keys are wrong.
+  /// Sensors of a manifest that are not read: their files and columns may be missing.
   PerTriad<bool> left_out = {};
 };
 
@@ -31,14 +32,14 @@ struct OpenRecordingOptions {
 Result<std::unique_ptr<SampleSource>> OpenRecording(const std::string& path,
                                                     const OpenRecordingOptions& options = {});
 
-/// Poses that the recording itself states (`poses:` of a manifest), if any.
+/// Poses that the recording itself states (`poses:` of a manifest); unset if it states none.
 Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& path);
 
 /// Reads `poses.yaml`: `poses: [ { first, last, id?, face? }, … ]`.
 Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path);
 
-/// True when the file is a pose table: a self-describing CSV without a time column (and without
-/// `pose`, which numbers rests of several rows), or one with sigma or attitude columns.
+/// True when the file is a pose table: a self-describing CSV that has sigma or attitude columns, or
+/// that has neither a time column nor a `pose` column (which numbers rests of several rows).
 Result<bool> IsPoseTable(const std::string& path);
 
 /// A pose table: one row per pose, `accel_x[m/s^2],…`, optional `accel_sigma[m/s^2]` or

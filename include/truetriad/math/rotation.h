@@ -14,7 +14,8 @@ Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
 
 /// Log: the rotation vector of `rotation` (a unit quaternion), of length 0…pi; the inverse of
-/// RotationExp. q and -q give the same vector; at half a turn either of two may be returned.
+/// RotationExp. q and -q give the same vector. At half a turn, v and -v are both solutions, and
+/// either may be returned.
 Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation);
 
 /// The shortest rotation that takes the direction of `from` to that of `to`.

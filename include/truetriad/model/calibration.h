@@ -27,16 +27,18 @@ std::optional<NoiseSource> NoiseSourceFromName(std::string_view name);
 
 /// Noise of one triad, as used for its weights.
 struct TriadNoise {
-  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< RMS over rests of the σ of a mean, raw.
+  Eigen::Vector3d sigma = Eigen::Vector3d::Zero();  ///< σ of a rest's mean, RMS over the rests,
+                                                    ///< raw.
   NoiseSource source = NoiseSource::kStatic;
   double excess_sigma = 0.0;  ///< Pose-to-pose excess σ, isotropic, true unit.
-  double excess_dof = 0.0;    ///< Degrees of freedom behind excess_sigma.
-  /// Gyroscope: σ of a turn about each axis in excess of the noise of its readings, rad.
+  double excess_dof = 0.0;    ///< Degrees of freedom of excess_sigma.
+  /// Gyroscope: excess σ of a turn about each axis, beyond the noise of the readings, rad.
   double turn_excess_sigma_rad = 0.0;
 };
 
-/// A kink in the bias of one axis over temperature: above `degc` the bias has in addition
-/// slope (T - degc) + curve (T - degc)^2, less this sum's value at the reference temperature.
+/// A kink in the bias of one axis over temperature: above `degc`, slope (T - degc) + curve (T -
+/// degc)^2 is added. The sum's value at the reference temperature is subtracted at all
+/// temperatures.
 struct ThermalKnot {
   int axis = 0;
   double degc = 0.0;
@@ -50,9 +52,9 @@ struct ThermalTerms {
   std::vector<Eigen::Vector3d> bias;                 ///< Of tau^1, tau^2, …; raw / degC^i.
   std::vector<Eigen::Matrix3d> sensitivity;          ///< Of tau^1, …; raw per true unit / degC^i.
   PerRateTerm<std::optional<Eigen::Vector3d>> rate;  ///< raw / (degC/s), …: terms.h.
-  /// First-order lags of each axis, s: of the element's temperature behind the thermometer's, and
-  /// of the rate in the bias terms behind the rate of the element's temperature (model/thermal.h).
-  /// Unset: no lag.
+  /// First-order lags of each axis, s (model/thermal.h); unset: no lag. The element's temperature
+  /// lags behind the thermometer's; the rate in the bias terms lags behind that of the element's
+  /// temperature.
   std::optional<Eigen::Vector3d> element_lag_s, rate_lag_s;
   /// Half-width of the window that smoothed the temperature to obtain its rate, s; 0: not stated.
   double smoothing_s = 0.0;
@@ -98,21 +100,21 @@ struct NamedCovariance {
 /// The reference quantities of the surroundings.
 struct ReferenceValues {
   double gravity_mps2 = kStandardGravityMps2;
-  std::optional<double> gravity_sigma_mps2;  ///< Prior σ, when not exact.
+  std::optional<double> gravity_sigma_mps2;  ///< Prior σ; unset: exact.
   std::optional<double> field_ut;  ///< Field strength, used or estimated; only with a magnetometer.
   std::optional<double> dip_rad;
   bool field_estimated = false;  ///< Strength or dip was estimated.
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
   /// Rotation fixture <- world as qw, qx, qy, qz, if the fixture's attitude was estimated. World x
-  /// is magnetic north with a magnetometer, else along the fixture's x.
+  /// is magnetic north if there is a magnetometer, else the fixture's x.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
   /// Temperatures recorded at the poses: lowest, mean, highest; unset without a thermometer.
   std::optional<Eigen::Vector3d> recorded_degc = {};
 };
 
-/// A decision about a unit after its run, which overrides the limits.
+/// A decision about a unit after its run; it overrides the verdict by the limits.
 struct Decision {
   Verdict verdict = Verdict::kFail;  ///< kPass: it may be shipped; kFail: it may not.
   std::string who, why;
@@ -152,7 +154,7 @@ struct Calibration {
     if (!within_limits) return Verdict::kNoLimits;
     return *within_limits ? Verdict::kPass : Verdict::kFail;
   }
-  /// The code of the finding that refuses the calibration ("wrong-unit"), else its outcome.
+  /// The code of the first refusal ("wrong-unit"); if no refusal has a code, the outcome's name.
   std::string_view ReasonNotUsable() const {
     const Finding* refusal = FirstRefusal(findings);
     return refusal == nullptr || refusal->code == FindingCode::kMessage

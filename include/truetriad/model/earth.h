@@ -27,7 +27,7 @@ double NormalGravityMps2(double latitude_deg, double height_m);
 struct EarthField {
   double strength_ut = 0.0;
   double dip_deg = 0.0;          ///< Positive where the field points down.
-  double declination_deg = 0.0;  ///< Magnetic from true north, positive to the east.
+  double declination_deg = 0.0;  ///< Of magnetic north from true north, positive to the east.
   double strength_sigma_ut = 0.0;
   double dip_sigma_deg = 0.0;
   double declination_sigma_deg = 0.0;

@@ -24,15 +24,15 @@ std::optional<Severity> SeverityFromName(std::string_view name);
 
 /// What was done about the effect of a finding on the parameters.
 enum class Treatment {
-  kNone,       ///< The finding has no effect, or no known one.
+  kNone,       ///< Nothing: no known effect, or it was left standing.
   kCorrected,  ///< The effect was subtracted.
   kWidened,    ///< The σ include the effect.
 };
 std::string_view TreatmentName(Treatment treatment);  ///< "none", "corrected", "widened".
 std::optional<Treatment> TreatmentFromName(std::string_view name);
 
-/// The kind of a finding, for programs. FindingKindOf has its name in files, which never changes,
-/// and its meaning; docs/reasons.md lists all.
+/// The kind of a finding, for programs. FindingKindOf has the code's name in files, which never
+/// changes, and the meaning; docs/reasons.md lists all.
 enum class FindingCode : int {
   kMessage,
   // The recording.
@@ -153,7 +153,7 @@ struct FindingKind {
   FindingCode code;
   std::string_view name;  ///< "clock-offset": in files and for scripts, never renamed.
   Severity severity;      ///< The default, which a finding may change.
-  /// The outcome of a run that such a finding refuses; kConverged: it never refuses.
+  /// The outcome of a run if such a finding is a refusal; kConverged: it never is one.
   Outcome outcome;
   std::string_view meaning;  ///< One line.
   std::string_view remedy;   ///< What to do about it, in general; may be empty.
@@ -187,7 +187,8 @@ struct Finding {
   Finding& AtPose(int number);            ///< StaticPose::number.
   Finding& With(std::string name, double value, std::string unit = {});
   Finding& With(std::string name, double value, double sigma, std::string unit);
-  /// Ignoring the finding shifts some parameter by `sigmas` of its σ at most: the value "effect".
+  /// Adds the value "effect": ignoring the finding shifts the most affected parameter by `sigmas`
+  /// σ.
   Finding& Shifting(double sigmas, Treatment treatment);
 
   bool IsRefusal() const { return severity == Severity::kRefusal; }
@@ -214,7 +215,7 @@ struct Finding {
 /// The findings of a run, in the order in which they arose.
 using Findings = std::vector<Finding>;
 
-/// The outcome of a run that came to its end: that of the first refusal, or kConverged.
+/// The outcome of a completed run: that of the first refusal, or kConverged without refusals.
 Outcome OutcomeOf(const Findings& findings);
 
 /// The first finding of a code, or null.

@@ -11,10 +11,10 @@ namespace truetriad {
 /// Which of the equivalent body frames a result is stated in. Static readings leave one common
 /// rotation of all triads undetermined; the leading triad fixes it. docs/method.md, "Gauge".
 enum class Gauge {
-  kAccelX,     ///< Leading sensitivity lower triangular: body x along its x sensing axis.
+  kAccelX,     ///< Leading sensitivity lower triangular: body x along the x sensing axis.
   kAccelZ,     ///< Leading sensitivity upper triangular. Tedaldi et al. 2014.
   kSymmetric,  ///< Leading sensitivity symmetric: the least rotation.
-  kFixture,    ///< Attitudes known from outside: leading sensitivity full.
+  kFixture,    ///< Known attitudes define the body frame: leading sensitivity full.
 };
 
 std::string_view GaugeName(Gauge gauge);
@@ -22,8 +22,8 @@ std::optional<Gauge> GaugeFromName(std::string_view name);
 
 /// The rotation Q for which `sensitivity * Q` has the form that `gauge` asks of the leading triad.
 /// `axis_sign` (+1, or -1 for a chip that reports gravity) is the sign of the first two (accel-x)
-/// or the last two (accel-z) diagonal entries; the remaining one takes the sign of the determinant,
-/// so that det Q = +1 for left-handed triads, too. Identity for kFixture.
+/// or the last two (accel-z) diagonal entries; the sign of the remaining entry makes det Q = +1,
+/// for left-handed triads, too. Identity for kFixture.
 Eigen::Matrix3d GaugeRotation(Gauge gauge,
                               const Eigen::Matrix3d& leading_sensitivity,
                               double axis_sign = 1.0);

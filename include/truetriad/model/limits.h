@@ -33,12 +33,12 @@ enum class LimitShape {
 
 /// A quantity for which limits can be set.
 struct LimitQuantity {
-  std::string_view name;  ///< "bias", of a sensor; "reference.dip_deg".
+  std::string_view name;  ///< "bias" (of a sensor) or "reference.dip_deg".
   LimitShape shape;
   std::string_view unit;  ///< "{true}": the sensor's true unit.
 };
 
-/// The parts of `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
+/// The parts of a limit's name: `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
 struct LimitName {
   std::optional<Triad> triad;  ///< Unset: a quantity of the reference.
   LimitQuantity quantity;
@@ -54,7 +54,7 @@ struct LimitName {
   /// "m/s^2", "rad", "1"; with the sensor's true unit inserted.
   std::string Unit() const;
 };
-/// Error (usage) lists the known names.
+/// Parses a name. Error (usage): the name is unknown; the message lists the known ones.
 Result<LimitName> ParseLimitName(const std::string& name);
 
 }  // namespace truetriad

@@ -30,7 +30,7 @@ struct PoseResidual {
       0.0;                  ///< norm_error of the uncalibrated nominal model; NaN if unknown.
   double normalized = 0.0;  ///< sqrt of the deletion χ² over its degrees of freedom.
   double weight = 1.0;      ///< Robust weight; 0 = rejected.
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit truth direction in body.
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit vector of the truth, body.
 };
 
 /// A turn that the operator stated, beside the turn that this calibration finds.
@@ -40,18 +40,18 @@ struct TurnCheck {
   double stated_rad = 0.0;
   double stated_sigma_rad = 0.0;
   double found_rad = 0.0;
-  /// σ of found_rad from parameters and readings. A turn that was used determines the parameters in
-  /// part, so that this σ is smaller than that of the difference from stated_rad.
+  /// σ of found_rad from parameters and readings. A turn that was used helped to determine the
+  /// parameters: this σ is then smaller than that of the difference from stated_rad.
   double found_sigma_rad = 0.0;
   bool used = false;  ///< False: the turn is held out, rejected or has a fault.
-  std::string fault;  ///< Why its readings are unusable, or empty.
+  std::string fault;  ///< Why the turn's readings are unusable, or empty.
 };
 
-/// The clock of a vector sensor relative to the gyroscope's, from how its gravity or field turns in
-/// the body between the rests.
+/// The offset of a vector sensor's clock from the gyroscope's. It follows from how gravity or the
+/// field turns in the body between the rests.
 struct ClockOffset {
   Triad triad = Triad::kAccelerometer;
-  double later_s = 0.0;  ///< Its times minus those of the gyroscope.
+  double later_s = 0.0;  ///< The sensor's times minus the gyroscope's.
   double sigma_s = 0.0;  ///< From the scatter between the moves.
   int moves = 0;         ///< Number of moves that determine it.
   double p_value = 1.0;  ///< Probability of so large an offset if there were none.
@@ -72,7 +72,7 @@ struct BiasRepeatability {
   Triad triad = Triad::kAccelerometer;
   int sessions = 0;
   Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< σ between sessions.
-  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, from `sessions`.
+  Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, given `sessions`.
   /// σ of the bias of a future session about the stated mean.
   Eigen::Vector3d next_session_raw = Eigen::Vector3d::Zero();
 };
@@ -83,21 +83,21 @@ struct RejectedPose {
   std::string reason;
 };
 
-/// Turns, each predicted by a calibration without it. The error is the angle between gravity at the
-/// next rest as the calibrated accelerometer shows it and as the turn predicts it.
+/// Turns, each predicted by a calibration that did not use it. The error is the angle between two
+/// directions at the next rest: gravity by the calibrated accelerometer, and gravity by the turn.
 struct HeldOutTurns {
-  std::vector<double> errors_rad;  ///< One for each turn that counts.
+  std::vector<double> errors_rad;  ///< One per turn that could be predicted.
   double median_rad = 0.0;
   double in_sample_median_rad = 0.0;
-  /// Median for an uncalibrated gyroscope, with its unit's nominal gains and its mean at rest as
-  /// bias; unset for counts.
+  /// Median for an uncalibrated gyroscope: with the nominal gains of its unit and, as bias, its
+  /// mean at rest; unset for counts.
   std::optional<double> nominal_median_rad;
 };
 
 /// Cross-validation over poses.
 struct HeldOut {
   int folds = 0;
-  /// Norm error of held-out poses, true unit; of a gyroscope the angle of HeldOutTurns, rad.
+  /// Norm error of held-out poses, true unit; for the gyroscope the angle of HeldOutTurns, rad.
   PerTriad<std::optional<double>> rms;
   PerTriad<std::optional<double>> in_sample_rms;
   std::optional<HeldOutTurns> turns;
@@ -119,8 +119,8 @@ struct LimitCheck {
   Limit limit;
   double worst = 0.0;  ///< The value whose guard band is nearest to a limit or furthest beyond.
   double sigma = 0.0;  ///< σ of `worst`.
-  /// Probability that the true value of any component is outside the limit, each at its worst
-  /// temperature and all taken as independent.
+  /// Probability that at least one component's true value is outside the limit. Each is judged at
+  /// its worst temperature; they are assumed to be independent.
   double outside = 0.0;
   bool pass = false;
   double guard_band_k = 0.0;                    ///< value ± this many σ must be inside.
@@ -133,15 +133,14 @@ struct LimitCheck {
 struct ModelAlternative {
   std::string description;  ///< "gyroscope without g-sensitivity".
   bool chosen = false;
-  int parameters = 0;  ///< Number of free parameters, all sensors together.
-  double minus_2_log_l =
-      0.0;  ///< -2 log L, all alternatives with the same noise; without constants.
-  /// Probability of a likelihood ratio at least as large between this and the chosen model, if the
-  /// smaller of the two were true. Unset for the chosen one.
+  int parameters = 0;          ///< Number of free parameters, all sensors together.
+  double minus_2_log_l = 0.0;  ///< -2 log L without constants; all alternatives use the same noise.
+  /// p-value of the likelihood-ratio test between this and the chosen model, if the smaller one is
+  /// true. Unset for the chosen model.
   std::optional<double> p_value;
   double bic = 0.0;  ///< Bayesian information criterion.
-  /// RMS of held-out poses and turns less their prediction, in units of their noise; unset if there
-  /// are too few to hold any out.
+  /// RMS of held-out poses and turns minus their prediction, in units of their noise; unset if
+  /// there are too few to hold any out.
   std::optional<double> held_out;
 };
 
@@ -149,14 +148,15 @@ struct ModelAlternative {
 /// temperature terms, which are fitted to all poses.
 struct TemperatureSetting {
   Triad triad = Triad::kAccelerometer;
-  double degc = 0.0;  ///< Mean over its poses.
+  double degc = 0.0;  ///< Mean over these poses.
   int poses = 0;
   /// Bias from these poses alone, all other parameters fixed at the solution; raw unit.
   Eigen::Vector3d bias_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d bias_sigma_raw = Eigen::Vector3d::Zero();    ///< From the noise of the poses.
-  Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw minus the terms.
-  /// RMS of |C(y-b)| - reference, true unit, with the calibration at the reference temperature and
-  /// with that at the temperature of each pose. A gyroscope's reference is zero, since it rests.
+  Eigen::Vector3d beyond_terms_raw = Eigen::Vector3d::Zero();  ///< bias_raw minus the terms' bias.
+  /// RMS of |C(y-b)| - reference, true unit: before, with the calibration at the reference
+  /// temperature; after, with that at each pose's temperature. A gyroscope's reference is zero,
+  /// since it rests.
   double rms_before = 0.0, rms_after = 0.0;
 };
 
@@ -168,7 +168,7 @@ struct SweepStep {
   double held_out = 0.0;  ///< RMS over held-out blocks of time, raw unit.
 };
 
-/// One step of a stepwise regression: the term that entered or left, and the regression with it.
+/// One step of a stepwise regression: the term that entered or left, and the regression after that.
 struct RegressionStep {
   std::string what;  ///< "start", "+ tau^2", "- T'".
   int terms = 0;     ///< Number of terms, not counting each attitude's constant.
@@ -184,7 +184,7 @@ struct RegressionTerm {
   std::string unit;  ///< Of the coefficient: "m/s^2/(degC degC/s)".
   bool chosen = false;
   double coefficient = 0.0, sigma = 0.0;  ///< Coefficient and σ of a chosen term.
-  double f = 0.0, p_value = 1.0;          ///< Partial F beside the chosen terms; NaN: not tested.
+  double f = 0.0, p_value = 1.0;          ///< Partial F given the chosen terms; NaN: not tested.
   std::string why;                        ///< Why it was not tested, or empty.
 };
 
@@ -197,7 +197,7 @@ struct RegressionTerm {
 struct SweepRegression {
   std::vector<std::string> factors;     ///< "r", "tau", "T'", "A", "A'": those asked for.
   int windows = 0;                      ///< Number of windows with all factors.
-  double enter_p = 0.0, leave_p = 0.0;  ///< For one term: total level / number of candidates.
+  double enter_p = 0.0, leave_p = 0.0;  ///< Levels for one term: total / number of candidates.
   double rms = 0.0;                     ///< RMS of the residuals, raw unit.
   std::vector<RegressionStep> steps;
   std::vector<RegressionTerm> terms;
@@ -213,8 +213,8 @@ struct SweepAxis {
   double held_out = 0.0;        ///< RMS, each block of time predicted by the others; lags refitted.
   double held_out_cubic = 0.0;  ///< `held_out` of a plain cubic in temperature.
   int folds = 0;
-  /// Residual when heating minus when cooling, at the middle of the temperatures that both passed:
-  /// of a polynomial in temperature alone, and of the fit; NaN without one of the two.
+  /// Residual while heating minus that while cooling, in the middle of the temperatures of both: of
+  /// a polynomial in temperature alone, and of the fit; NaN if there are no such temperatures.
   double branch_gap = 0.0, branch_gap_after = 0.0;
   double correlation = 0.0;  ///< Correlation of neighbouring windows' residuals.
   double element_lag_s = 0.0, element_lag_sigma_s = 0.0;
@@ -225,7 +225,7 @@ struct SweepAxis {
   std::optional<SweepRegression> regression;
 };
 
-/// One window of a sweep, for charts; of many windows some are left out.
+/// One window of a sweep, for charts; of many windows only some are kept.
 struct SweepWindow {
   Triad triad = Triad::kAccelerometer;
   double time_s = 0.0, degc = 0.0, rate_degcps = 0.0;
@@ -234,11 +234,11 @@ struct SweepWindow {
   Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
 };
 
-/// A term that the model does not have: its test, and how much it could shift parameters unseen.
+/// A term that the model lacks: its test, and how much it could shift parameters undetected.
 struct LeftOutTest {
   Triad triad = Triad::kAccelerometer;
   std::string term;       ///< "quadratic", "bias drift".
-  double p_value = 1.0;   ///< Of the term's test, beside the terms that are shown.
+  double p_value = 1.0;   ///< Of the term's test, given the terms that are shown.
   bool is_shown = false;  ///< The term is corrected, or σ include it.
   /// Shift of the most affected parameter, in that parameter's σ, if the term changes by one σ of
   /// the term; unset if the readings do not determine all of the term.
@@ -248,14 +248,14 @@ struct LeftOutTest {
 /// The part of Quality that only rests have.
 struct RestQuality {
   std::optional<HeldOut> held_out;
-  std::vector<ModelAlternative> model_choice;  ///< Empty unless a model was chosen; that one first.
+  std::vector<ModelAlternative> model_choice;  ///< Chosen model first; empty: none chosen.
   /// The steps towards the choice: the largest model, then each term that was removed or restored,
   /// with the model after that step and the p-value of the step.
   std::vector<ModelAlternative> model_steps;
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;            ///< The turns that were stated.
-  std::vector<ClockOffset> clock_offsets;  ///< Where moves between rests determine them.
-  /// For sensors with one bias per session; the sensor's own bias is their mean.
+  std::vector<ClockOffset> clock_offsets;  ///< Those that moves between rests determine.
+  /// For sensors with one bias per session; their mean is the sensor's bias.
   std::vector<SessionBias> sessions;
   std::vector<BiasRepeatability> repeatability;
   std::vector<PoseResidual> pose_residuals;

@@ -14,8 +14,8 @@
 
 namespace truetriad {
 
-/// What a record states about a unit and its run beside serial number and model. No result depends
-/// on tags.
+/// What a record states about a unit and its run, besides serial number and model. Results do not
+/// depend on tags.
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
@@ -24,9 +24,9 @@ struct Tags {
   std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
-  /// `device.slots`: the number, in the firmware's own count, of its set of parameters for the
-  /// sensor of that id; kNoSlot: all sets belong to other sensors. `device.thermal_slots`: the
-  /// number of the set of temperature terms, if those are counted separately.
+  /// `device.slots`: the firmware's number of the set of parameters for the sensor with that id;
+  /// kNoSlot: all sets belong to other sensors. `device.thermal_slots`: the number of the set of
+  /// temperature terms, if firmware counts these sets separately.
   PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
   static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.
   /// `device.idle_thermal_slots`: sets of temperature terms that firmware has but does not use.

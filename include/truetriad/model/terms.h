@@ -23,11 +23,11 @@ namespace truetriad {
 ///
 /// New terms are appended, so that the simulator's random numbers of the old ones do not change.
 enum class AxisTerm { kQuadratic, kAsymmetry, kCubic };
-inline constexpr std::size_t kAxisTermCount = 3;  ///< Enumerators of AxisTerm.
+inline constexpr std::size_t kAxisTermCount = 3;  ///< Number of enumerators of AxisTerm.
 
-/// Terms of the bias in the rate T' of the temperature; tau is temperature minus reference.
+/// Terms of the bias that depend on the temperature's rate T'; tau is temperature minus reference.
 enum class RateTerm { kLinear, kQuadratic, kCross };
-inline constexpr std::size_t kRateTermCount = 3;  ///< Enumerators of RateTerm.
+inline constexpr std::size_t kRateTermCount = 3;  ///< Number of enumerators of RateTerm.
 
 enum class ParameterKind {
   kBias,
@@ -82,12 +82,12 @@ struct AxisTermInfo {
   /// Largest |f(u) - line| over |u| <= 1 for the line that fits f best by least squares: 2/3 for
   /// u^2 (line: 1/3), 1/2 for |u| (line: 1/2), 2/5 for u^3 (line: 3/5 u).
   double beyond_line;
-  /// TriadModel::Felt inverts an axis whose terms all have this flag in closed form.
+  /// If all terms of an axis have this flag, TriadModel::Felt inverts the axis in closed form.
   bool is_closed_form;
   /// `model: auto` decides whether the term is estimated.
   bool is_in_auto_model;
 
-  /// The divisor of a if the raw unit is replaced by one that is `per_raw` times smaller.
+  /// If the raw unit is replaced by one that is `per_raw` times smaller, a is divided by this.
   double PowerOf(double per_raw) const { return std::pow(per_raw, power); }
 };
 
@@ -147,7 +147,7 @@ inline constexpr std::array<RateTermInfo, kRateTermCount> kRateTerms = {{
     {RateTerm::kCross, ParameterKind::kRateCross, "rate.cross", "tau dT/dt", "tau T'", "s/degC^2"},
 }};
 
-/// What a rate term's coefficient is multiplied by: a number, or an array with one entry per axis.
+/// The factor of a rate term's coefficient: a number, or an array with one entry per axis.
 template <typename Value>
 Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
   switch (term) {

@@ -23,7 +23,7 @@ struct ThermalState {
 ///   b(T, T') = b0 + sum_i b_i tau^i + d1 T' + d2 T'^2 + f tau T'
 ///   S(T)     = S0 + sum_i S_i tau^i                                  tau = T - reference
 ///
-/// `at_reference` is (S0, b0). Nothing is clamped to `thermal.range_degc`.
+/// `at_reference` is (S0, b0). The temperature is not clamped to `thermal.range_degc`.
 TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       double temperature_degc,
@@ -34,8 +34,8 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       const ThermalState& state);
 
-/// A first-order lag, lag dy/dt = x - y; exact where the input is linear between readings. The
-/// output starts at the first input. With lag 0 it is the input itself.
+/// A first-order lag, lag dy/dt = x - y; exact if the input is linear between readings. The output
+/// starts at the first input. If the lag is 0, the output is the input.
 class FirstOrderLag {
  public:
   explicit FirstOrderLag(double lag_s) : lag_s_(lag_s) {}
@@ -48,13 +48,13 @@ class FirstOrderLag {
   bool started_ = false;
 };
 
-/// From a thermometer's reading T to the temperature and the rate of each axis:
+/// Computes the temperature and the rate of each axis from a thermometer's reading T:
 ///
 ///   element temperature  E: lag_e E' = T - E            lag_e = 0: E = T
 ///   its rate             (E - F) / lag_r,  lag_r F' = E - F
 ///
-/// (E - F) / lag_r is E' behind a first-order lag. Without lag_r the rate is E' = (T - E) / lag_e;
-/// without lag_e either, lag_r is `smoothing_s`.
+/// (E - F) / lag_r is E' behind a first-order lag. If lag_r is 0, the rate is E' = (T - E) / lag_e;
+/// if lag_e is 0, too, lag_r is `smoothing_s`.
 class TemperatureFilter {
  public:
   explicit TemperatureFilter(const ThermalTerms& thermal);

@@ -12,21 +12,22 @@
 
 namespace truetriad {
 
-/// One triad: the reading of the chip for a true field, and its inverse.
+/// The model of one triad: from the true quantity to the reading of the chip, and back.
 ///
 ///   u     = sensitivity * truth                  input of each sensing axis
 ///   raw_i = u_i + sum of a_i f(u_i) + bias_i     response of the axis; terms a f of terms.h
 ///   truth = correction * u(raw - bias)           calibrated reading; correction = sensitivity^-1
 ///
-/// Most chips have no axis terms: all are zero. They are functions of u and not of the truth
-/// because they belong to the sensing axis: a rotation of the body frame, or another field strength
-/// to which the gains refer, changes neither u nor the terms.
+/// Most chips have no axis terms: all are zero. Axis terms are functions of u, not of the truth,
+/// since they belong to the sensing axis: neither u nor the terms change if the body frame is
+/// rotated or the gains refer to another field strength.
 ///
 /// Frame: truth is in the body frame; row i of sensitivity is sensing axis i there. Stored
 /// column-major (Eigen).
 /// Units: truth in m/s^2, rad/s or uT; raw, u and bias in the log's unit; sensitivity in raw per
-/// true unit; the quadratic term per raw; asymmetry a share of the gain, which is (1 + a) times the
-/// sensitivity's where u > 0 and (1 - a) times where u < 0. Range: |asymmetry| < 1.
+/// true unit; the quadratic term per raw, the cubic per raw^2. The asymmetry a is a share of the
+/// gain: where u > 0 the gain is 1 + a times the sensitivity's, where u < 0 it is 1 - a times.
+/// Range: |asymmetry| < 1.
 /// Gauge: static poses do not determine a common rotation of all rows; gauge.h has the conventions.
 template <typename Scalar>
 struct TriadModel {
@@ -54,8 +55,8 @@ struct TriadModel {
 
   Matrix3 Correction() const { return sensitivity.inverse(); }
 
-  /// The u of `reading`, which is raw - bias: the root of u + sum of a f(u) = reading that tends to
-  /// zero with it. NaN where no u gives the reading.
+  /// The u of `reading`, which is raw - bias: that root of u + sum of a f(u) = reading which tends
+  /// to zero as the reading does. NaN if no u gives the reading.
   Vector3 Felt(const Vector3& reading) const {
     using std::sqrt;
     const Vector3& quadratic = axis_terms[AxisTerm::kQuadratic];
@@ -83,8 +84,8 @@ struct TriadModel {
   }
 
  private:
-  // Terms that are zero are skipped, which also keeps infinities unchanged. Scalars with
-  // derivatives (ceres::Jet) are not: a zero term has derivatives, too.
+  // Zero terms are skipped, which also keeps infinities unchanged. If the scalar has derivatives
+  // (ceres::Jet), they are not skipped: a zero term has derivatives, too.
   static bool IsThere(const Scalar& a) {
     return !std::is_floating_point_v<Scalar> || a != Scalar(0);
   }
@@ -100,13 +101,13 @@ struct TriadModel {
   // Felt of one axis by Newton's method, kept between zero and the point where the slope is zero.
   Scalar RootFrom(const Scalar& start, int i, const Scalar& reading) const {
     using std::abs;
-    constexpr int kMostSteps = 100;       // Bisection alone reaches 2^-53 in 53.
-    constexpr double kPrecision = 1e-14;  // Relative: 45 roundings.
+    constexpr int kMostSteps = 100;       // Bisection alone reaches 2^-53 in 53 steps.
+    constexpr double kPrecision = 1e-14;  // Relative; 45 times the rounding.
     // From here on absolute values are used: the reading counts as positive.
     const Scalar sign(reading < Scalar(0) ? -1.0 : 1.0);
     Scalar low(0), high(std::numeric_limits<double>::infinity());
     Scalar size = sign * start;
-    if (!(size > low)) size = sign * reading;  // NaN, where the other terms have no root.
+    if (!(size > low)) size = sign * reading;  // `start` is NaN if the other terms have no root.
     for (int step = 0; step < kMostSteps; ++step) {
       const Scalar felt = sign * size;
       Scalar miss = felt - reading;

@@ -31,7 +31,7 @@ struct PlanGrid {
   std::vector<Eigen::Quaterniond> attitudes;
   /// The grid only samples all rotations: poses are moved off it if that helps.
   bool continuous = false;
-  /// Chamber temperatures, at each of which each attitude is a candidate. Empty: one, unstated.
+  /// Each attitude is a candidate at each of these chamber temperatures. Empty: one, not stated.
   std::vector<double> temperatures_degc{};
 };
 
@@ -40,14 +40,14 @@ struct PlanOptions {
   /// Sensors, model terms, noise of one pose, reference, attitudes and gauge, as for a calibration.
   CalibrateOptions calibrate;
   /// The approximate model of the unit: raw = sensitivity * truth + bias. Unset: no bias, and the
-  /// scale of the readings' unit. Readings in counts have no scale and need it.
+  /// scale of the readings' unit. It is needed for readings in counts, whose scale is unknown.
   PerTriad<std::optional<TriadModel<double>>> nominal;
   PerTriad<Unit> units;  ///< Units of the readings to come.
-  /// Used if the reference states none; unset: 50 uT, and a dip of 60 degrees by the hemisphere.
+  /// Used if the reference states none; unset: 50 uT, and 60 degrees with the hemisphere's sign.
   std::optional<double> nominal_field_ut, nominal_dip_rad;
   /// Length of a rest to come, s; 0: not stated. Noise that is given as a density needs it.
   double rest_s = 0.0;
-  /// How long the unit is turned from one pose into the next, s. Range: > 0.
+  /// Duration of the turn from one pose to the next, s. Range: > 0.
   double turn_s = 2.0;
   /// σ of a turn about each axis beyond the noise of the gyroscope's readings.
   double turn_sigma_rad = 0.0;
@@ -56,17 +56,17 @@ struct PlanOptions {
 
   PlanGrid grid;
   PlanCriterion criterion = PlanCriterion::kVariances;
-  /// Poses to take; 0: the fewest that reach every wanted σ. Range: >= 0.
+  /// Number of poses to take; 0: the fewest that reach every wanted σ. Range: >= 0.
   int poses = 0;
   /// Largest σ wanted of each group: "<sensor>.{bias,scale_error,misalignment_rad}", in true units,
   /// "<sensor>.thermal.{bias,sensitivity}.<power>", the same per degC^power,
   /// "<sensor>.thermal.rate.{linear,quadratic,cross}", "reference.{dip_rad,field_ut}".
   std::map<std::string, double> wanted;
-  /// Most poses of a program. Range: >= 1.
+  /// Largest number of poses of a program. Range: >= 1.
   int max_poses = 60;
   /// Evaluate this program instead of making one.
   std::optional<PoseProgram> program;
-  /// Draws of random programs to compare with; 0: none.
+  /// Number of random programs to compare with; 0: none.
   int random_draws = 0;
   std::uint64_t seed = 1;
 
@@ -75,7 +75,7 @@ struct PlanOptions {
 };
 
 /// σ of one quantity as limits state it: a bias in true units, a gain's relative error, a
-/// misalignment, a reference value. Infinite where the poses do not determine it.
+/// misalignment, a reference value. Infinite if the poses do not determine it.
 struct PlannedSigma {
   std::string name;     ///< "accelerometer.scale_error.x", "magnetometer.misalignment_rad.xy", …
   std::string group;    ///< "accelerometer.scale_error": the name that limits and wanted σ use.
@@ -97,7 +97,7 @@ struct WantedSigma {
 /// The purpose of one pose of the program: the quantity whose σ would grow most without it.
 struct PosePurpose {
   std::string name;          ///< As PlannedSigma::name.
-  double sigma_ratio = 1.0;  ///< σ without this pose over σ with it; infinite: undetermined.
+  double sigma_ratio = 1.0;  ///< σ without the pose over σ with it; infinite: needs the pose.
 };
 
 /// The noise of one triad that a plan assumes.
@@ -110,9 +110,9 @@ struct PlannedNoise {
 /// The program compared with as many random poses.
 struct RandomComparison {
   int draws = 0;
-  /// Geometric mean of σ random / σ planned over all quantities: median and quartiles of draws.
+  /// Geometric mean of σ random / σ planned over all quantities: median and quartiles over draws.
   double gain = 0.0, gain_low = 0.0, gain_high = 0.0;
-  /// Random poses that are as good as the program (median gain 1); unset: over three times as many.
+  /// How many random poses are as good as the program (median gain 1); unset: over 3 times as many.
   std::optional<int> equal_poses;
 };
 

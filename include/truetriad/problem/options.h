@@ -27,7 +27,7 @@ enum class MatrixModel {
   kBias,      ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
   kDiagonal,  ///< Three gains; the axes may be permuted or mirrored.
   kSymmetric,  ///< Gains and three misalignments, rotation held.
-  kFull,       ///< All that the gauge leaves free.
+  kFull,       ///< All entries that the gauge leaves free.
   kAuto,       ///< Chosen by comparing nested models.
 };
 std::string_view MatrixModelName(MatrixModel model);
@@ -52,7 +52,7 @@ struct Knowledge {
   bool known() const { return value.has_value(); }
 };
 
-/// A data-sheet or batch value of one triad with its σ. An entry with an infinite σ is not a prior.
+/// Prior values of a triad, from a data sheet or a batch. An entry with infinite σ has no prior.
 struct TriadPrior {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  // raw
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
@@ -61,17 +61,17 @@ struct TriadPrior {
       Eigen::Matrix3d::Constant(std::numeric_limits<double>::infinity());
 };
 
-/// A data sheet's non-linearity: how far a sensor is from its best-fit straight line (least
-/// squares, IEEE Std 528) over its range, one σ.
+/// A data sheet's non-linearity, as one σ: how far the readings deviate from their best-fit
+/// straight line (least squares, IEEE Std 528) over the sensor's range.
 struct Nonlinearity {
-  /// A sensor with larger residuals is not linear: the option is refused.
+  /// IsValid refuses a larger non-linearity: such a sensor is not linear.
   static constexpr double kMostPercent = 10.0;
 
   double percent_of_full_scale = 0.0;  ///< 100 % is full_scale. Range: > 0, at most 10.
   double full_scale = 0.0;             ///< The range is ± this, true unit. Range: > 0.
 
-  /// σ of each axis' coefficient a of a term a f(u), raw^-power, as if the term were the only one:
-  /// over ± U = `raw_per_true` * full_scale its largest residual is a U^(1 + power) beyond_line.
+  /// σ of a, raw^-power, if the term a f(u) alone causes the non-linearity: over ±U, U =
+  /// `raw_per_true` * full_scale, it deviates from its best line by a U^(1 + power) beyond_line.
   double SigmaOf(const AxisTermInfo& term, double raw_per_true) const;
   bool IsValid() const;
 };
@@ -85,13 +85,13 @@ struct AllanNoise {
   /// reduces white noise, but not the bias instability. Range: duration_s > 0.
   Eigen::Vector3d MeanSigma(double duration_s) const;
 
-  /// Whether all are finite, densities > 0, instabilities >= 0.
+  /// Whether all values are finite, the densities > 0 and the instabilities >= 0.
   bool IsValid() const;
 };
 
 /// Which entries of a sensitivity's temperature terms are free.
 enum class ThermalMatrix {
-  kFull,      ///< All that the gauge leaves free.
+  kFull,      ///< All entries that the gauge leaves free.
   kDiagonal,  ///< One gain for each axis.
   kScale,     ///< One number: all gains change by the same share.
 };
@@ -112,33 +112,33 @@ struct ThermalOptions {
   /// Powers of tau in the sensitivity. Range: 0 to kMaxMatrixOrder.
   int matrix_order = 0;
   ThermalMatrix matrix = ThermalMatrix::kFull;
-  /// The bias depends on the rate of the temperature.
+  /// Which terms in the rate of the temperature the bias has.
   PerRateTerm<bool> rate = {};
 
-  // The orders are chosen by significance and held-out error, up to those stated above.
+  // If a flag is true, significance and held-out error choose the order, up to that stated above.
   bool bias_order_auto = false;
-  bool rate_auto = false;  ///< Terms of `rate` enter and leave one by one.
-  // For poses alone: a sweep does not determine the sensitivity.
+  bool rate_auto = false;  ///< Terms of `rate` are added and removed one by one.
+  // Not for a sweep, which does not determine the sensitivity.
   bool matrix_order_auto = false;
   bool matrix_auto = false;  ///< The shape is chosen: kScale, kDiagonal, … up to `matrix`.
 
-  // For a sweep (CalibrateOptions::sweep) alone.
+  // Only for a sweep (CalibrateOptions::sweep).
   /// Number of first-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// Held-out error decides the number of lags.
   bool lags_auto = false;
   /// Temperatures at which the polynomial of the bias changes (ThermalKnot), degC.
   std::vector<double> knots_degc = {};
-  /// In place of knots_degc: the number of knots to find, for each axis its own. Range: 0 to 3.
+  /// Alternative to knots_degc: the number of knots to find on each axis. Range: 0 to 3.
   int find_knots = 0;
-  /// Knots change the curvature and not the slope, so that the bias has no kink.
+  /// If true, the slope of the bias does not change at a knot, only its curvature.
   bool smooth_knots = false;
-  /// Factors of a regression that is reported beside the terms (SweepRegression), by
-  /// RegressionFactor; all false: none.
+  /// Which factors the regression has that is reported beside the terms (SweepRegression), indexed
+  /// by RegressionFactor. If all are false, there is no regression.
   std::array<bool, kRegressionFactors> regression{};
 
   bool any() const;
-  /// Whether an option is set that only a sweep determines.
+  /// Whether lags, knots or a regression are wanted, which only a sweep determines.
   bool needs_sweep() const;
   bool has_regression() const;
   bool has_factor(RegressionFactor factor) const {
@@ -152,42 +152,42 @@ struct TriadOptions {
   /// Calibrate this triad at all.
   bool enabled = false;
   MatrixModel model = MatrixModel::kFull;
-  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. For the triad
-  /// that defines the body frame it defines that frame, for others it is what a fit must find.
+  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. If the triad
+  /// defines the body frame, its mounting defines that frame; otherwise the fit must agree with it.
   std::optional<Eigen::Matrix3d> mounting;
-  /// `mounting` is not stated, but was found before the fit.
+  /// Whether `mounting` was not stated but found before the fit.
   bool is_mounting_found = false;
   /// Accelerometer only.
   AccelerometerSign sign = AccelerometerSign::kSpecificForce;
-  /// σ of one pose mean per axis, raw unit; unset: from the rests (or the table's sigma columns,
-  /// or, without either, from the residuals).
+  /// σ of a pose mean on each axis, raw unit. Unset: from the readings inside the rests, from a
+  /// table's sigma columns, or, if both are missing, from the residuals.
   std::optional<Eigen::Vector3d> noise_sigma_raw;
   /// Where noise_sigma_raw came from.
   NoiseSource noise_source = NoiseSource::kConfig;
-  /// In place of noise_sigma_raw: σ of each pose mean from its duration, which must be known.
+  /// Alternative to noise_sigma_raw: the σ follows from the pose's duration, which must be known.
   std::optional<AllanNoise> allan;
   /// Pose-to-pose noise beyond the noise inside a rest.
   ExcessNoise excess = ExcessNoise::kEstimate;
-  /// True unit; for ExcessNoise::kGiven.
+  /// σ of that noise for ExcessNoise::kGiven, true unit.
   double excess_sigma = 0.0;
   std::optional<TriadPrior> prior;
   /// Hold the sensitivity at this value (raw per true unit).
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
-  /// Model `auto` only: the matrix of its smallest candidate, `bias`; unset: no such candidate.
+  /// Model `auto` only: the matrix that its candidate `bias` holds; unset: `bias` is no candidate.
   std::optional<Eigen::Matrix3d> nominal_sensitivity;
-  /// With several sessions, each has its own bias, and the stated bias is their mean. Unset: true
-  /// for the accelerometer and the gyroscope, whose bias changes at switching on.
+  /// Whether each session has a bias of its own; the result is then the mean of these biases.
+  /// Unset: true for accelerometer and gyroscope, whose bias changes at each switching on.
   std::optional<bool> bias_per_session;
   /// Hold the bias at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
-  /// Temperature terms about reference.temperature_degc. Every pose then needs a temperature.
+  /// Temperature terms, zero at reference.temperature_degc. They need a temperature of every pose.
   ThermalOptions thermal;
   /// Gyroscope only: whether its readings depend on the specific force.
   Wanted g_sensitivity = Wanted::kNo;
-  /// Each term is of one kind of sensor, terms.h. Poses with axes halfway up separate a quadratic
-  /// term from bias and gain, turns both ways about each axis separate an asymmetry from the gain.
+  /// Each term belongs to one kind of sensor (terms.h). Poses with axes halfway up separate a
+  /// quadratic term from bias and gain; turns both ways separate an asymmetry from the gain.
   PerAxisTerm<Wanted> axis_terms = {};
-  /// Nonlinearity for which the model lacks terms: σ grow by what the readings do not exclude.
+  /// Nonlinearity that the model lacks: σ include as much of it as the readings do not exclude.
   std::optional<Nonlinearity> nonlinearity;
 
   bool HasAxisTerm(Wanted wanted) const {
@@ -203,18 +203,18 @@ struct EarthRateOptions {
 
 struct ReferenceOptions {
   Knowledge gravity_mps2{kStandardGravityMps2, 0.0};
-  /// Unknown: the magnetometer's common scale is not observable; B is fixed to a nominal value.
+  /// If unknown, the magnetometer's common scale is unobservable; B has a fixed nominal value.
   Knowledge field_ut;
   Knowledge dip_rad;
-  /// Decides between (S_mag, dip) and (-S_mag, -dip), which fit equally, if the dip is unknown.
-  /// docs/conventions.md, "Signs".
+  /// If the dip is unknown, decides between (S_mag, dip) and (-S_mag, -dip), which fit equally
+  /// well. docs/conventions.md, "Signs".
   bool northern_hemisphere = true;
   /// If false, the hemisphere is a guess, and a magnetometer with all axes reversed is refused.
   bool is_hemisphere_stated = false;
-  /// The temperature at which bias and sensitivity are stated with temperature terms (tau = 0).
+  /// With temperature terms: the temperature at which bias and sensitivity are stated (tau = 0).
   double temperature_degc = 25.0;
-  /// Unset: the earth's rate is neglected. Needs the heading of every pose in which the gyroscope
-  /// rests: from a magnetometer, or from given attitudes, whose common heading is one unknown.
+  /// Unset: the earth's rate is neglected. If set, every pose with a gyroscope reading needs a
+  /// heading: from a magnetometer, or from given attitudes with one common unknown heading.
   std::optional<EarthRateOptions> earth_rate;
 };
 
@@ -226,14 +226,14 @@ enum class AttitudeKind {
 
 struct AttitudeOptions {
   AttitudeKind kind = AttitudeKind::kNone;
-  /// Six-face: σ of each face's own tilt, shared by all its rests, degrees. Range: > 0.
+  /// Six-face: σ of the tilt of a face, which all rests on that face share, degrees. Range: > 0.
   double tilt_sigma_deg = 0.5;
-  /// The σ as stated, if the poses showed larger tilts: `tilt_sigma_deg` is then the σ found.
+  /// The stated σ, if the poses showed larger tilts; `tilt_sigma_deg` is then the σ found.
   std::optional<double> stated_tilt_sigma_deg;
-  /// Six-face: σ of one rest's tilt about that of its face, degrees. Range: >= 0.
+  /// Six-face: σ of a rest's tilt relative to the tilt of its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
-  /// Given: the attitudes are those of the body in a fixture of unknown attitude in the world.
-  /// Gravity shows its tilt; its heading and that of the field are one unknown.
+  /// Given attitudes: they are relative to a fixture whose own attitude is unknown. Gravity shows
+  /// the fixture's tilt; the headings of fixture and field are one unknown.
   bool unknown_fixture_rotation = false;
 };
 
@@ -252,12 +252,12 @@ enum class InitialiseMethod {
   kEllipsoid,
 };
 
-/// A unit that is tumbled without rests, followed as a chain of attitudes. Needs the accelerometer
-/// and the gyroscope (held or not) and PoseSet::tracks.
+/// A unit that is tumbled without rests: its motion is a chain of attitudes. Needs PoseSet::tracks,
+/// the gyroscope, and the accelerometer or the magnetometer; their parameters may be held.
 struct MotionOptions {
-  /// Time between two attitudes of the chain, s; rounded to whole readings of the gyroscope, 0 for
-  /// every one. No reading is lost: the gyroscope rotates those in between to their node. Range:
-  /// >= 0.
+  /// Time between two attitudes of the chain, s, rounded to a whole number of gyroscope readings;
+  /// 0: one attitude per reading. Readings between two attitudes are used too: the gyroscope's
+  /// rotation refers them to one of the attitudes. Range: >= 0.
   double spacing_s = 0.1;
 };
 
@@ -273,19 +273,19 @@ struct InitialiseOptions {
 /// "accelerometer.bias" -> the limit of each axis; names: model/limits.h.
 struct LimitOptions {
   std::map<std::string, Limit> limits;
-  /// A value passes when it is inside by guard_band_k of its σ. Range: >= 0.
+  /// A value passes if it is inside its limit by at least guard_band_k times its σ. Range: >= 0.
   double guard_band_k = 0.0;
 };
 
-/// The temperature rises and falls while one or a few attitudes are held: the poses are windows of
-/// time (PoseSelectionKind::kSweep), and only what changes with temperature is estimated.
+/// The temperature rises and falls while the unit is held in one or a few attitudes. The poses are
+/// windows of time (PoseSelectionKind::kSweep), and only changes with temperature are estimated.
 struct SweepOptions {
-  /// Bias and sensitivity at the unit's reference temperature, which is then the result's. Without
-  /// it accelerometer and magnetometer are held at TriadOptions::fixed_bias (else zero) and
-  /// fixed_sensitivity.
+  /// Bias and sensitivity at the unit's reference temperature, which becomes that of the result.
+  /// Unset: accelerometer and magnetometer are held at TriadOptions::fixed_bias (zero if that is
+  /// unset) and at fixed_sensitivity.
   std::optional<Calibration> static_calibration;
   std::string static_file;  ///< For messages.
-  /// Windows are weighted by the time spent at their temperature. Off: each by its noise alone.
+  /// Every range of temperatures has the same weight. Off: every reading has the same weight.
   bool even_temperatures = true;
 };
 
@@ -306,17 +306,17 @@ struct CalibrateOptions {
   LimitOptions limits;
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
-  /// The axes of known turns or rates are stated, so that they are the body frame of a gyroscope
-  /// alone. Off: only the sizes of its rates are known (StatedRate::is_axis_known).
+  /// The axes of known turns or rates are stated; they define the body frame of a gyroscope that is
+  /// calibrated alone. Off: only the magnitudes of its rates are known (StatedRate::is_axis_known).
   bool has_stated_axes = true;
   /// Refuse readings, times and temperatures that are impossible in their unit. Off: stated units
-  /// are not questioned (a field in coils, a normalised strength).
+  /// are accepted as they are (for a field in coils or a normalised strength).
   bool check_units = true;
-  /// The clock offsets of the sensors that the recording shows are corrected. Off: the offsets are
-  /// as `time_offset_s` states, and σ include what remains.
+  /// Clock offsets between sensors that the recording shows are corrected. Off: the offsets are
+  /// those that `time_offset_s` states, and σ include the effect of any further offset.
   bool corrects_clocks = true;
-  /// A corrected fault refuses the unit if it moves some parameter by more than this many of its σ.
-  /// Unset: a corrected fault does not refuse it, the limits decide. Range: >= 0.
+  /// A corrected fault refuses the unit if it moves some parameter by more than this many σ of that
+  /// parameter. Unset: no corrected fault refuses the unit; the limits decide. Range: >= 0.
   std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
@@ -327,10 +327,11 @@ struct CalibrateOptions {
   /// Whether the gyroscope is calibrated without any sensor of gravity or field.
   bool HasGyroscopeAlone() const;
   /// Whether turns are compared with the field, not with gravity: magnetometer and gyroscope,
-  /// without accelerometer, in unknown attitudes. The vertical of such a world is the field.
+  /// without accelerometer, in unknown attitudes. The world frame's vertical is then the field.
   bool TurnsAgainstField() const;
   /// Whether the body frame is defined from outside: by known attitudes, or for a gyroscope alone
-  /// by the axes of its known turns and rates. The leading triad's matrix is then full.
+  /// by the axes of its known turns and rates. The leading triad's matrix is then full, not
+  /// triangular.
   bool IsBodyKnown() const;
   /// What the poses are: rests, a motion or a temperature sweep.
   Mode mode() const;
@@ -340,7 +341,7 @@ struct CalibrateOptions {
   bool HasSessionBias(Triad triad) const;
   /// Whether some model or term is to be chosen by comparing nested models over poses.
   bool HasChoice() const;
-  /// Lists every invalid value, or is ok.
+  /// Ok, or an error that lists every invalid value.
   Status Validate() const;
 };
 

@@ -34,7 +34,7 @@ struct SensorReadings {
 
 /// The poses of one recording or pose table, and where they came from.
 struct LoadedPoses {
-  std::string input;   ///< The name with which it was opened.
+  std::string input;   ///< The name with which the input was opened.
   PosesConfig config;  ///< How the poses were searched for.
   PoseSet poses;
   std::vector<InputFile> inputs;
@@ -47,23 +47,23 @@ struct LoadedPoses {
   std::optional<Error> not_enough;
 };
 
-/// Reads a pose table, or a recording. Its poses are as `config` states (`given`), else as the
-/// recording states, else found by static detection. A recording of `opener` is never a pose table.
-/// Error (bad input): the input cannot be read or trusted.
+/// Reads a pose table, or a recording. The poses of a recording are found as `config` states if
+/// `config.given`, else as the recording states, else by static detection. A recording that
+/// `opener` opens is never a pose table. Error (bad input): the input cannot be read or trusted.
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {},
                               const RecordingOpener& opener = {});
 
-/// Digests of the first `most` readings of each sensor, or of all. Unset: `log` cannot be read.
+/// Digests of the first `most` readings of each sensor (unset: all). Nullopt: `log` is unreadable.
 std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
                                                       std::optional<std::int64_t> most);
 
 /// Whether the calibration was made from one of these files.
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs);
 
-/// Error (bad input): serial numbers or device ids that both state differ between `of` and `what`,
-/// which is "log.csv: the recording", to which `serial` and `tags` belong.
+/// Error (bad input): `of` states another serial number or device id than `serial` and `tags`,
+/// which are those of `what`, such as "log.csv: the recording".
 Status CheckSameSensors(const std::string& what,
                         const std::string& serial,
                         const Tags& tags,
@@ -78,19 +78,19 @@ inline Status CheckSameSensors(
   return CheckSameSensors(file, one.serial, one.tags, other, remedy);
 }
 
-/// The poses of a recording on which calibrations are evaluated, as `poses` (ParsePoses) states,
-/// with the clocks of the first calibration. Errors: as LoadPoses and CheckSameSensors; there is no
-/// pose.
+/// Loads a recording to evaluate calibrations on. `poses` states how its poses are found
+/// (ParsePoses); the first calibration states how clocks are treated. Errors: as LoadPoses and
+/// CheckSameSensors, or the recording has no pose.
 Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
                                    const std::string& input,
                                    const std::string& poses,
                                    const ProgressCallback& progress = {},
                                    const RecordingOpener& opener = {});
 
-/// Calibrates from experiment.inputs; everything of calibration.yaml is filled. Too little data is
-/// an outcome. `first` is the first input if it was loaded before: it is not read again unless the
-/// experiment asks for something else. `poses` and `readings`, unless null, are set to those used.
-/// Error (bad input, usage): files that contradict the experiment or each other.
+/// Calibrates from experiment.inputs and fills in everything that calibration.yaml states. Too
+/// little data is an outcome, not an error. `first` is the first input, if it was loaded before: it
+/// is read again only if the experiment asks for other poses. `poses` and `readings`, unless null,
+/// are set to those used. Error (bad input, usage): files contradict the experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
                                         std::optional<LoadedPoses> first = std::nullopt,
@@ -100,27 +100,29 @@ Result<Calibration> CalibrateExperiment(Experiment experiment,
 
 /// A draft of an experiment for recordings of one unit, and the poses of the first of them.
 struct FirstLook {
-  std::string experiment_yaml;  ///< Every sensor of any recording, with defaults and comments.
+  std::string experiment_yaml;  ///< Has the sensors of all recordings, with defaults and comments.
   LoadedPoses loaded;
 };
 
 /// Paths in the experiment are relative to `folder`, where it will be stored (empty: the current
-/// one). Error (bad input): a recording that cannot be read. Error (not enough): a gyroscope alone.
+/// one). Error (bad input): a recording that cannot be read. Error (not enough): the recordings
+/// have a gyroscope alone.
 Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
                                     const std::string& folder,
                                     const ProgressCallback& progress = {},
                                     const RecordingOpener& opener = {});
 
 /// Calibrates every sensor of a recording about which nothing else is known, with poses as `config`
-/// states. Too little data is an outcome. Errors: as InitialExperiment and CalibrateExperiment.
+/// states. Too little data is an outcome, not an error. Errors: as InitialExperiment and
+/// CalibrateExperiment.
 Result<Calibration> TryCalibration(const std::string& input,
                                    const LoadedPoses& loaded,
                                    const PosesConfig& config,
                                    const ProgressCallback& progress = {});
 
-/// Plans as the `plan:` block of `experiment` asks, in addition to the poses of the recording at
-/// `measured`; if that is empty, of the experiment's own one if the block has `start: recording`,
-/// else of none. Error (bad input, usage): as CalibrateExperiment, and what MakePlan refuses.
+/// Plans poses as the `plan:` block of `experiment` asks, in addition to those of the recording
+/// `measured`; if this is empty and the block has `start: recording`, those of the experiment's
+/// own. Error (bad input, usage): as CalibrateExperiment, and what MakePlan refuses.
 Result<Plan> PlanExperiment(Experiment experiment,
                             const std::string& measured,
                             const ProgressCallback& progress = {});

@@ -60,9 +60,9 @@ struct SensorSampling {
 
 /// What the gyroscope reports.
 enum class GyroscopeOutput {
-  /// The mean rate since its last sample (a sample before it at the first): Log(R'(t1)^T R'(t2)) /
-  /// (t2 - t1) with R' the attitude against the stars, so that integrating the readings gives the
-  /// attitudes back to the last digit. A sample that drops out takes its part of the turn with it.
+  /// The mean rate since the last sample (at the first sample: over one interval): Log(R'(t1)^T
+  /// R'(t2)) / (t2 - t1). R' is the attitude against the stars, so that integrating the readings
+  /// restores the attitudes to the last digit. If a sample drops out, its part of the turn is lost.
   /// Range: less than half a turn from sample to sample.
   kMeanRate,
   kInstantaneous,  ///< The rate at the moment of the sample.
@@ -71,13 +71,13 @@ enum class GyroscopeOutput {
 /// One triad of the simulated units.
 struct SimulatedTriad {
   Unit unit;                           ///< Of the readings.
-  std::optional<double> si_per_count;  ///< Stated in the recording; readings in counts only.
+  std::optional<double> si_per_count;  ///< Stated in the recording; only for readings in counts.
 
   /// Bias in raw, sensitivity in raw per true unit. Axis terms are only those that this kind of
   /// sensor may have.
   TriadModel<double> nominal;
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< Raw per m/s^2. Gyroscope only.
-  /// Terms in the temperature of the element; `range_degc` is ignored: nothing is clamped.
+  /// Terms in the element's temperature, which is not clamped to `range_degc`.
   std::optional<ThermalTerms> thermal;
   UnitSpread spread;
 
@@ -92,7 +92,7 @@ struct SimulatedTriad {
   GyroscopeOutput gyroscope_output = GyroscopeOutput::kMeanRate;
 };
 
-/// What surrounds the unit; heading of the field zero, as world x is magnetic north.
+/// What surrounds the unit. World x points to magnetic north, so that the field's heading is zero.
 struct SimulatedWorld {
   struct EarthRate {
     double latitude_rad = 0.0;     ///< North positive.
@@ -112,7 +112,7 @@ struct PosesStep {
   double move_s = 1.2;       ///< Range: > 0.
   /// Sigma, about each body axis, of the error with which each pose is taken.
   double tilt_sigma_rad = 0.0;
-  double travel_m = 0.0;  ///< How far the unit is carried in each move, in a random direction.
+  double travel_m = 0.0;  ///< Distance by which each move carries the unit, in a random direction.
   bool shuffle = false;   ///< Take the poses in a random order.
 };
 
@@ -142,7 +142,7 @@ struct TumbleStep {
   double hand_acceleration_mps2 = 0.0;
 };
 
-/// Chosen: 16 sessions give the σ of a turn-on bias to 18 %, 1 / sqrt(2 * 15).
+/// Chosen: 16 sessions, which give the σ of a turn-on bias to 18 %, 1 / sqrt(2 * 15).
 inline constexpr int kMostSimulatedSessions = 16;
 
 using MotionStep = std::variant<PosesStep, TurnStep, RateStep, TumbleStep>;
@@ -153,10 +153,10 @@ struct TemperatureHold {
 };
 struct TemperatureRamp {
   double to_degc = 25.0;
-  double rate_degcps = 0.01;  ///< Absolute rate; the sign follows from the start. Range: > 0.
+  double rate_degcps = 0.01;  ///< Absolute; the sign follows from start and end. Range: > 0.
 };
 struct TemperatureSine {
-  double amplitude_degc = 0.0;  ///< About the temperature at its start, up first.
+  double amplitude_degc = 0.0;  ///< About the temperature at the sine's start, up first.
   double period_s = 3600.0;     ///< Range: > 0.
   double duration_s = 3600.0;   ///< Range: > 0.
 };
@@ -164,11 +164,12 @@ using TemperatureSegment = std::variant<TemperatureHold, TemperatureRamp, Temper
 
 /// The chamber, and how the unit and its thermometer follow it.
 struct SimulatedTemperature {
-  double start_degc = 25.0;  ///< Everything is settled here at the start.
+  double start_degc = 25.0;  ///< Everything has this temperature at the start.
   /// The chamber's temperature from the start of the recording on, held at its last value
   /// afterwards. The motion alone sets the length of the recording. Not together with `soak_degc`.
   std::vector<TemperatureSegment> profile;
-  /// Soaks: the whole motion is repeated at each; the unit rests while the chamber goes there.
+  /// Soak temperatures: the motion is repeated at each; the unit rests while the chamber goes
+  /// there.
   std::vector<double> soak_degc;
   /// How fast the chamber goes to a soak or to the temperature that a pose asks for, and how long
   /// the unit waits there before the next move.
@@ -188,15 +189,16 @@ struct SimulatedTemperature {
   double ambient_lag_s = 0.0;            ///< First-order lag from chamber to ambient thermometer.
   double ambient_noise_degc = 0.0;       ///< Sigma of one reading.
   double ambient_resolution_degc = 0.0;  ///< 0: not rounded.
-  /// The sensing elements are at (1 - share) of the unit's own temperature and share of that of the
-  /// ambient thermometer, as with heat that flows through the package. Range: 0 to 1.
+  /// The elements' temperature is (1 - share) times the unit's plus share times the ambient
+  /// thermometer's, as if heat flowed through the package. Range: 0 to 1.
   double element_ambient_share = 0.0;
 };
 
 /// When a disturbance begins.
 struct DisturbanceTime {
   std::optional<int> rest;  ///< 1-based number of a rest; unset: the start of the recording.
-  double offset_s = 0.0;    ///< Seconds after that start. Range: >= 0.
+  double offset_s = 0.0;    ///< Seconds after the start of this rest or of the recording. Range: >=
+                            ///< 0.
 };
 
 /// A knock: a half-sine pulse of specific force.
@@ -243,7 +245,7 @@ struct UnsettledPose {
 using Disturbance =
     std::variant<Knock, MagnetPassing, HardIronStep, FieldStep, StuckSamples, UnsettledPose>;
 
-/// Everything that a simulated recording, or a fleet of them, follows from.
+/// Everything that determines a simulated recording, or those of a fleet.
 struct Scenario {
   std::string description;     ///< One line, which recordings begin with; empty: none.
   std::string serial = "SIM";  ///< Serial number; with `count` > 1 followed by 0001, 0002, …
@@ -255,8 +257,8 @@ struct Scenario {
 
   PerTriad<std::optional<SimulatedTriad>> sensors;  ///< At least one.
   SimulatedWorld world;
-  /// In this order; at least one. The unit starts at rest: in the first pose, or else with its axes
-  /// along those of the world.
+  /// In this order; at least one. The unit starts at rest: in the first pose if PosesStep comes
+  /// first, else with its axes along those of the world.
   std::vector<MotionStep> motion;
   double first_rest_s = 2.0;  ///< Rest before the first step when that is not PosesStep.
   SimulatedTemperature temperature;

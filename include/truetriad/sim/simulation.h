@@ -36,15 +36,15 @@ struct SimulatedUnit {
 SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 
 /// The scenario of one session (0-based) of unit `index`: that unit alone, with the bias that it
-/// has after it was switched on, and random numbers of the session's own. The first session differs
-/// from a scenario without further sessions in its bias alone.
+/// has after it was switched on, and random numbers of the session's own. The first session of unit
+/// 0 differs from a scenario without sessions in its bias alone.
 Scenario SessionOf(const Scenario& scenario, int index, int session);
 
 /// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
 /// from its recording: outcome kConverged, every sigma zero; the covariance lists all of the unit's
 /// parameters, temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's
 /// matrix has that form, else `fixture`: the body frame is that of the scenario's attitudes. The
-/// reference temperature is the thermal terms', else the scenario's start.
+/// reference temperature is that of the thermal terms if there are any, else the scenario's start.
 Calibration TruthOf(const Scenario& scenario, int index);
 
 class Simulation;
@@ -63,8 +63,8 @@ struct TrueRest {
   std::string label;           ///< Label of the pose, or empty.
 };
 
-/// The recording of one unit, generated while it is read, in bounded memory. The readings are those
-/// of the file that WriteRecording makes of them, to the bit.
+/// The recording of one unit, generated while it is read, in bounded memory. The readings equal
+/// those in the file that WriteRecording writes, to the bit.
 class Simulation : public SampleSource {
  public:
   /// Error (bad input): the scenario is not valid.
@@ -73,21 +73,21 @@ class Simulation : public SampleSource {
   /// Every rest between moves that is longer than zero.
   virtual const std::vector<TrueRest>& rests() const = 0;
 
-  /// The rows of each rest, as `poses.yaml` states them: in the file of the accelerometer, else of
-  /// the magnetometer, else of the gyroscope; without the first sampling interval, over which a
-  /// gyroscope averages part of the move. Complete once everything has been read. A rest that is
-  /// shorter than a sampling interval is missing.
+  /// The rows of each rest, as `poses.yaml` states them: in the accelerometer's file; without one,
+  /// in the magnetometer's, else in the gyroscope's. The first sampling interval is left out, since
+  /// a gyroscope averages part of the move over it. Complete once everything has been read. Rests
+  /// shorter than a sampling interval are missing.
   virtual std::vector<PoseRange> rest_rows() const = 0;
 
   /// What the operator of a table would state of the scenario's `turn` and `turntable` steps, with
-  /// rows as those of rests: a turn with a reading at rest before and after it, a rate while it was
-  /// held. Complete once everything has been read.
+  /// rows as for rests. A turn includes a reading at rest before and after it; a rate covers its
+  /// hold. Complete once everything has been read.
   virtual std::vector<StatedTurn> turns() const = 0;
   virtual std::vector<StatedRate> rates() const = 0;
 
   /// What bias instability and random walk added to a triad's bias, raw: the mean over the rests,
-  /// each counting once; where the unit tumbles, over the recording. Complete once everything has
-  /// been read.
+  /// each counting once; if the unit tumbles, over the recording. Complete once everything has been
+  /// read.
   virtual Eigen::Vector3d mean_wander(Triad triad) const = 0;
 
   /// Attitude at a true time, held at the ends.

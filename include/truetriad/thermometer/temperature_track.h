@@ -16,7 +16,7 @@ struct TemperatureNoise {
   std::vector<double> sigma_degc;  ///< σ of each block's mean.
   std::vector<std::size_t> first;
   std::size_t reach = 0;
-  std::vector<float> degc, rate;  ///< Weights, `reach` for each place in turn; rate: 1/s.
+  std::vector<float> degc, rate;  ///< Weights, `reach` of them for each place i in turn; rate: 1/s.
   bool empty() const { return sigma_degc.empty(); }
 };
 
@@ -26,7 +26,7 @@ struct TemperatureTrack {
   std::vector<double> degc, rate_degcps;
   double smoothing_s = 0.0;  ///< Half-width of the local fits.
   double step_degc = 0.0;    ///< Resolution of a thermometer if it is coarse; else 0.
-  TemperatureNoise noise;    ///< Empty if it is unknown.
+  TemperatureNoise noise;    ///< Empty if the noise is unknown.
   bool empty() const { return time_s.empty(); }
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The common parts of all charts of the page, built on uPlot. Colours come from the style sheet;
-// marks also differ in form.
+// marks differ in form, too.
 'use strict';
 (() => {
   const { text, element } = window.fleet;
@@ -25,15 +25,15 @@
     return [low - air, high + air];
   };
 
-  // Labels of a time axis: dates for steps of a day or more, else times, with seconds for steps
-  // below a minute, and with the date where a day begins.
+  // Labels of a time axis. If the step is a day or more, they are dates. Otherwise they are times,
+  // with seconds if the step is below a minute; the first time and midnight also have the date.
   const times = (chart, ticks, axis, space, step) =>
     ticks.map((tick, k) => {
       if (step >= 86400) return text.day(tick).slice(k === 0 ? 0 : 5);
       const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
       return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
-  // The steps of uPlot from 1 s on; with shorter steps neighbouring labels would be equal.
+  // The steps of uPlot from 1 s on; neighbouring labels with shorter steps would be equal.
   const steps = [...[1, 5, 10, 15, 30].flatMap((n) => [n, 60 * n]).sort((a, b) => a - b),
     ...[1, 2, 3, 4, 6, 8, 12].map((n) => 3600 * n), ...[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 30, 60, 90, 120, 180].map((n) => 86400 * n),
     ...[1, 2, 5, 10, 25, 50, 100].map((n) => 365 * 86400 * n)];
@@ -188,15 +188,15 @@
   // Draws into `container`, a block with a height of its own:
   //   x, isTime, xLabel; lines [{values, kind, colour, scale}]; points {values, isBad, sigmas};
   //   marks [{value, label, colour}]: levels; range of y; label: what a screen reader says;
-  //   serialOf(index): the unit of a point, which opens when it is picked, and is told of in
-  //   `hover` when the pointer is at it.
+  //   serialOf(index): the unit of a point, which a click opens; `hover`: an element that names
+  //   this unit while the pointer is at the point.
   const draw = (container, stated) => {
     drawn.get(container)?.chart?.destroy();
     container.replaceChildren();
     drawn.delete(container);
     if (!window.uPlot) {
       container.classList.add('is-missing');
-      container.append(element('p', { class: 'soft' }, 'No chart: this page was written by a truetriad without uPlot; build it where npm is installed.'));
+      container.append(element('p', { class: 'soft' }, 'No chart: this page was written by a truetriad without uPlot; build truetriad where npm is installed.'));
       return;
     }
     if (stated.x.length === 0) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page: keeps the selection in the address, so that it can be saved and sent, and shows it.
+// Shows the selected units, and keeps the selection in the address, so that it can be saved and
+// sent.
 'use strict';
 (() => {
   const { units, text, element, table, sections } = window.fleet;
@@ -13,7 +14,7 @@
   const option = (value, label) => element('option', { value }, label ?? value);
   verdict.append(option('', 'all'), option('good', 'good'), option('not-good', 'not good'));
   verdict.append(element('optgroup', { label: 'one' }, ...units.verdict.words.map((word) => option(word))));
-  // A tag with more values identifies single units, which the search finds.
+  // A tag with more values names single units, so it gets no list; the search finds them.
   const kMostWords = 2000;
   for (const tag of units.tags) {
     if (tag.words.length < 2 || tag.words.length > kMostWords) continue;
@@ -85,7 +86,7 @@
     history.replaceState(null, '', address({ unit: serial }));
     sections.openUnit(serial);
   });
-  // Shows the same units in another order.
+  // Shows the same units again after they were sorted.
   window.fleet.showSorted = () => table.show(units.choose(filter));
   window.fleet.closeUnit = () => history.replaceState(null, '', address());
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sections of the page: the results of the units, one number of all units, the statistics of
-// the line, and the dialog of one unit.
+// The sections of the page: the results of the units, one value of all units, the statistics of the
+// line, and the dialog of one unit.
 'use strict';
 (() => {
   const { units, text, element, badge, breakable, coded, charts } = window.fleet;
@@ -11,7 +11,7 @@
 
   const cell = (content, className) => element('td', { class: className ?? null }, content);
   const row = (first, ...cells) => element('tr', {}, element('th', { scope: 'row' }, first), ...cells);
-  // `headings`: names, of numeric columns with a > before them, or cells.
+  // `headings` are names or cells; a > before a name marks a numeric column.
   const headingOf = (name) => (typeof name !== 'string' ? name
     : element('th', { scope: 'col', class: name.startsWith('>') ? 'r' : null }, name.replace(/^>/, '')));
   const tableOf = (headings, rows) =>
@@ -34,7 +34,7 @@
     document.getElementById('verdicts').replaceChildren(tableOf(['verdict', '>units', '>share'], rows));
   };
 
-  // Reasons by frequency, each with the cumulative share of the units that are not good.
+  // Reasons by frequency. Each has the cumulative share of units that are not good.
   const showReasons = (shown, filter, choose) => {
     const reasons = countBy(units.code, shown, (i) => !units.isGood(i));
     const place = document.getElementById('reasons');
@@ -48,10 +48,10 @@
       sum += count;
       const bar = element('span', { class: 'bar', 'aria-hidden': 'true' });
       bar.style.setProperty('--share', `${(100 * count) / reasons[0][1]}%`);
-      const button = element('button', { type: 'button', class: 'link', 'aria-pressed': String(filter.code === code), title: 'Show only these', onclick: () => choose(filter.code === code ? '' : code) }, ...breakable(code || 'no reason given'));
+      const button = element('button', { type: 'button', class: 'link', 'aria-pressed': String(filter.code === code), title: 'Show only units with this reason', onclick: () => choose(filter.code === code ? '' : code) }, ...breakable(code || 'no reason given'));
       return row(button, cell(bar, 'bars'), cell(text.count(count), 'r'), cell(text.percent(sum, all), 'r'));
     });
-    const parts = [tableOf(['reason', cell('', 'bars'), '>units', '>up to here'], rows)];
+    const parts = [tableOf(['reason', cell('', 'bars'), '>units', '>cumulative'], rows)];
     if (reasons.length > kReasons) {
       parts.push(element('p', { class: 'soft' }, `${reasons.length - kReasons} more reasons, of ${text.count(all - sum)} units.`));
     }
@@ -61,7 +61,7 @@
   const kHour = 3600;
   const kDay = 24 * kHour;
 
-  // Units by hour, day or week, whichever gives a readable number of intervals.
+  // Counts units in intervals of 5 minutes, an hour, a day or a week, by the span of all times.
   const binned = (all) => {
     const shown = all.filter((i) => Number.isFinite(units.recorded[i]));
     let first = Infinity;
@@ -102,11 +102,11 @@
       ],
       air: 0.6 * step,
       range: [Math.max(0, Math.floor(low / 10) * 10 - 10), 102],
-      label: `Yield over time, ${name} a point; the table below has its numbers.`,
+      label: `Yield over time, ${name} a point; the table below has the numbers.`,
     });
     document.getElementById('yield-caption').replaceChildren(
       swatch('dot', 'solid'), ' good in the end, %  ', swatch('cross', 'dashed'), ' good at the first run, %  ',
-      swatch('bars', 'block'), ` units (right), ${name} each`);
+      swatch('bars', 'block'), ` units in ${name} (right axis)`);
     const time = (bin) => (step < kDay ? text.minute(bin.at) : text.day(bin.at));
     const details = document.getElementById('yield-details');
     const fill = () => {
@@ -119,7 +119,7 @@
     fill();
   };
 
-  // --- one number of the shown units, with its limits
+  // --- one value of each shown unit, with its limits
 
   const select = document.getElementById('column');
   const over = document.getElementById('over');
@@ -202,7 +202,7 @@
   // with their alarms
 
   const line = units.line;
-  const kAlarms = 50; // The last alarms that are shown.
+  const kAlarms = 50; // So many last alarms are shown.
 
   const kinds = {
     ewma: 'EWMA of units',
@@ -211,7 +211,7 @@
   const nameOf = (kind, parameter) => (parameter ? `${parameter}, ${kinds[kind] ?? kind}` : kinds[kind] ?? kind);
   const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
 
-  // The tables of `fleet summary`; a lot links to its units.
+  // The tables of `fleet summary`. The name of a lot is a link to its units.
   const tablesOf = () => line.tables.map(({ heading, header, alignment, rows, notes }) => {
     const names = header.map((name, k) => (alignment[k] === 'r' ? `>${name}` : name));
     const link = (word) => (header[0] === 'lot' && word !== '(none)' ? element('a', { href: `#${new URLSearchParams({ 'tag.lot': word })}` }, word) : word);
@@ -242,7 +242,7 @@
     });
   };
 
-  // Charts of a station, selected from lists; the station with the last alarm comes first.
+  // A chart of a station, both selected from lists. The station with the last alarm comes first.
   const chartsOf = () => {
     if (!line.charts?.length) return [];
     const station = element('select', {}, ...line.charts.map((each, k) => element('option', { value: k }, each.station || 'no station')));
@@ -277,7 +277,7 @@
       alarms.replaceChildren(...(list.length === 0 ? [] : rows.length === 0
         ? [element('p', {}, `No alarm in ${text.count(about.units)} ${about.units === 1 ? 'unit' : 'units'}.`)]
         : [element('p', {}, `${text.count(about.alarms.length)} ${about.alarms.length === 1 ? 'alarm' : 'alarms'} in ${text.count(about.units)} units${about.alarms.length > kAlarms ? `, the last ${kAlarms} of them` : ''}:`),
-          tableIn('Alarms', ['measured, UTC', 'unit', 'chart', 'most by', '>value (limit)'], rows)]));
+          tableIn('Alarms', ['measured, UTC', 'unit', 'chart', 'most due to', '>value (limit)'], rows)]));
       draw();
     };
     // The latest alarm needs action first.
@@ -323,7 +323,7 @@
   const dispositionsOf = (runs) => {
     const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why, end]) =>
       row(text.moment(created), cell(who), cell(verdict), cell(why, 'words'),
-        cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted: run ${end}, of another recording, counts`, 'words'))));
+        cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted, since run ${end} counts now`, 'words'))));
     return rows.length === 0 ? [] : [section('What people decided', tableIn('Dispositions', ['when', 'who', 'verdict', 'why', 'now'], rows))];
   };
 
@@ -336,7 +336,7 @@
     return rows.length === 0 ? [] : [section('Judged by', tableIn('Limits', ['limit', 'allowed', '>value', '>σ', ''], rows))];
   };
 
-  // For a decision in force its author and reason, else the reason of the run.
+  // If a decision is in force, its author and reason; otherwise the message of the current run.
   const reasonOf = (runs, counting) => {
     const [decision] = runs.flatMap((run) => run.dispositions).filter(([, , , , end]) => end === '');
     return decision ? `decided by ${decision[1]}: ${decision[3]}` : counting.message;
@@ -410,7 +410,7 @@
       showVerdicts(shown);
       showReasons(shown, filter, choose);
     },
-    // Draws the slow parts.
+    // Draws the charts, which are slow.
     showCharts: (shown) => {
       showYield(shown);
       showParameter(shown);

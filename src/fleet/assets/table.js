@@ -47,7 +47,7 @@
   const total = () => state.shown.length * kRow;
   const height = () => Math.min(total(), kMostHeight);
   const capacity = () => Math.max(1, Math.floor((view.clientHeight - kRow) / kRow));
-  // The first visible row; the scroll bar's range may be shorter than that of the rows.
+  // The index of the first visible row. The scroll bar's range may be shorter than the rows.
   const firstInView = () => {
     const most = Math.max(0, state.shown.length - capacity());
     const range = Math.max(1, height() + kRow - view.clientHeight);
@@ -79,7 +79,7 @@
     const first = state.printed ? 0 : Math.max(0, firstInView() - margin);
     const end = Math.min(state.shown.length, state.printed || first + capacity() + 2 * margin + 1);
     const focused = body.contains(document.activeElement);
-    // Visible rows stay at the scroll position, also if the scroll bar's range is shorter.
+    // Visible rows stay at the scroll position, even if its range is shorter than the rows.
     const shift = state.printed ? 0 : view.scrollTop - (firstInView() - first) * kRow;
     const top = total() <= kMostHeight ? first * kRow : Math.max(0, shift);
     before.hidden = after.hidden = Boolean(state.printed);
@@ -89,7 +89,7 @@
     for (let place = first; place < end; ++place) rows.push(row(place));
     body.replaceChildren(...rows);
     if (rows.length > 0 && !body.querySelector('a[tabindex="0"]')) {
-      // The Tab key still enters the table when the last used row is out of view.
+      // If the last used row is out of view, the Tab key still enters the table.
       body.querySelectorAll('a')[Math.min(margin, rows.length - 1)].tabIndex = 0;
     }
     if (focused) body.querySelector(`a[data-place="${state.active}"]`)?.focus({ preventScroll: true });

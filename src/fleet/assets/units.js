@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The units of data.js: lookup, selection and sorting. Columns are numbers in digits of base 64;
-// words (verdicts, codes, tags) are indices into sorted lists, so all work is arithmetic on typed
-// arrays. Data of one unit's dialog or one chart are decoded when they are needed.
+// Looks up, selects and sorts the units of data.js. Columns are numbers in digits of base 64. Words
+// (verdicts, codes, tags) are indices into sorted lists, so all work is arithmetic on typed arrays.
+// Data for the dialog of a unit or for a chart are decoded when they are needed.
 'use strict';
 window.fleet = {};
 (() => {
@@ -10,7 +10,7 @@ window.fleet = {};
   const kDigits = 'ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/';
   const digits = new Uint8Array(128);
   for (let k = 0; k < 64; ++k) digits[kDigits.charCodeAt(k)] = k;
-  // The number of item `i` of `items`, all of which have equally many digits.
+  // The number at index `i` in `packed`, which has `items` numbers of equally many digits.
   const numberAt = (packed, items, i) => {
     const width = packed.length / items;
     let number = 0;
@@ -28,19 +28,19 @@ window.fleet = {};
   const numberOf = (packed, run) => numberAt(packed, begins[count], run);
   const wordOf = (column, run) => column.words[numberOf(column.of, run)];
   const wordsOf = (column, which) => ({ name: column.name, words: column.words, of: which.map((run) => numberOf(column.of, run)) });
-  // In s since 1970, UTC; NaN: unknown.
+  // The time of a run in s since 1970, UTC; NaN: unknown.
   const momentOf = ({ from, of }, run) => {
     const after = numberOf(of, run);
     return after === 0 ? NaN : from + after - 1;
   };
-  // Decodes the first 30 bits of a float; NaN: no value.
+  // Decodes a value from the first 30 bits of a float; NaN: the run has no value.
   const bits = new Uint32Array(1);
   const float = new Float32Array(bits.buffer);
   const valueOf = (column, run) => {
     bits[0] = 4 * numberOf(column.values, run);
     return float[0];
   };
-  // Limits and result: [lower, target, upper, whether it is inside]; null: not judged.
+  // The limits and result of a run: [lower, target, upper, whether it is inside]; null: not judged.
   const judgementOf = ({ limits }, run) => (limits && wordOf(limits, run) ? JSON.parse(wordOf(limits, run)) : null);
 
   const of = data.of_runs;
@@ -55,7 +55,7 @@ window.fleet = {};
     runs,
     columns: data.columns,
     line: data.line,
-    // The runs of a unit, the oldest first, with [value, σ] or null and judgementOf of each column.
+    // The runs of a unit, the oldest first. By column: numbers, [value, σ] or null; judgements.
     runsOf: (i) => Array.from({ length: runs[i] }, (unused, k) => {
       const run = begins[i] + k;
       const word = (name) => wordOf(of[name], run);
@@ -79,7 +79,7 @@ window.fleet = {};
     }),
     // The values of a column by unit.
     valuesOf: (column) => Float64Array.from(counting, (run) => valueOf(column, run)),
-    // [lower, target, upper] of a column, or null for those that differ among units.
+    // [lower, target, upper] of a column; null: they differ among the units.
     limitsOf: (column) => {
       if (!column.limits) return [null, null, null];
       const words = new Set([...counting].map((run) => wordOf(column.limits, run)).filter(Boolean));
@@ -110,7 +110,7 @@ window.fleet = {};
     order = Uint32Array.from(units.all).sort((a, b) => sign * (keys[a] - keys[b]) || a - b);
   };
 
-  // For each word of the list whether it contains the text.
+  // For each word of the list: 1 if it contains the text, otherwise 0.
   const matching = (of, text) =>
     Uint8Array.from(of.words, (word) => (word.toLowerCase().includes(text) ? 1 : 0));
 
@@ -198,7 +198,7 @@ window.fleet = {};
   window.fleet.coded = (words) =>
     window.fleet.element('span', {}, ...words.split('`').map((part, k) => (k % 2 === 1 ? window.fleet.element('code', {}, part) : part)));
 
-  // ✓ or ✕ precedes it, so that it does not depend on colour alone.
+  // A verdict as a badge. ✓ or ✕ precedes it, so that it can be read without colours.
   window.fleet.badge = (verdict) =>
     window.fleet.element(
       'span',

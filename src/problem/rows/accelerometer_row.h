@@ -5,8 +5,7 @@
 
 namespace truetriad {
 
-// The accelerometer at a rest, or at a moment of motion in which accelerations by the hand are
-// noise:
+// The accelerometer at a rest, or at a moment of motion; the accelerations of the motion are noise:
 //
 //   rows   h(S R^T (0, 0, g)) + b - y        raw unit of the accelerometer
 //

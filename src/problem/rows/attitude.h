@@ -41,7 +41,8 @@ RowVector3<T> LogOf(const Eigen::Quaternion<T>& rotation) {
   }
 }
 
-// Derivative of d in R <- R Exp(d) by q = (u, w): d = 2 vec(q0^-1 q), 2 [w I - [u]_x, -u].
+// Derivative of d in R <- R Exp(d) with respect to q = (u, w), at q: 2 [w I - [u]_x, -u], since d =
+// 2 vec(q0^-1 q).
 inline RowMajor34 TangentFromQuaternion(const double* state) {
   const Eigen::Map<const Eigen::Quaterniond> q(state);
   RowMajor34 tangent;

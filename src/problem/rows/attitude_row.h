@@ -37,8 +37,8 @@ class AttitudeRow final : public Row {
   Eigen::Quaterniond given_;
 };
 
-// An arbitrary heading, for the first pose of a chain in which heading is not observable: no other
-// row depends on it, so that its residual is zero at the optimum and adds nothing to χ².
+// Holds the first pose of a chain whose heading is not observable at an arbitrary heading. No other
+// row depends on this heading, so that the residual is zero at the optimum and adds nothing to χ².
 //
 //   row   Log(R R_held^T) about the vertical        rad
 //

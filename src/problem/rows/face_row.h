@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// A rest on a face of the six-face block: one body axis points up, except for the face's own tilt
-// t, which all its rests share, and the scatter of each rest.
+// A rest on a face of the six-face block: one body axis points up, except for a tilt. All rests on
+// the face share its mean tilt t; each rest scatters about it.
 //
 //   rows   [tangent axes]^T u - t        u: the up direction in the body
 //

@@ -49,7 +49,7 @@ bool FieldRow::Evaluate(double const* const* parameters,
           by_field * direction * (world.vector.normalized().transpose() * world.by_reference);
     }
     if (by_state != nullptr) {
-      // Derivative along the sphere; the part across it is removed.
+      // Derivative along the sphere; the part normal to the sphere is removed.
       Eigen::Map<RowMajor33> out(by_state);
       out.noalias() = world.vector.norm() * by_field *
                       (Eigen::Matrix3d::Identity() - direction * direction.transpose());

@@ -19,26 +19,26 @@ namespace truetriad {
 //
 //   rows   h(S x) + b - y,   x = M R^T v        h: higher terms, triad_model.h
 //
-// y is a mean of readings over which the body turned slightly: M is the mean of R_i^T R over them,
-// Identity at rest. S, b and h are those at the temperature of the pose. In a pose of which only
-// the direction d is known, x = |v| d.
+// y is a mean of readings during which the body turned slightly. M is the mean of R_i^T R over
+// these readings, the identity at rest. S, b and h are those at the temperature of the pose. If the
+// pose's unknown is only the direction d of v in the body, x = |v| d.
 //
 // The turns R^T R_i = Exp(t_i w) are measured by the gyroscope and depend on its parameters: a
-// change e of the rate changes
+// change e of the rate w changes M by
 //
 //   dM = -<t> [e] + <t^2> ([e] [w] + [w x e] / 2)        [.]: skew; third order of t w left out
 //
-// A constant M would pull the gyroscope's axes towards those with which M was computed.
+// A constant M would pull the gyroscope's axes towards the axes with which M was computed.
 //
-// Parameters: the triad's (TriadBlocks), the reference block (6), if M is updated the gyroscope's
-// bias (3) and sensitivity (9, column by column), the state.
+// Parameters: the triad's (TriadBlocks), the reference block (6), the gyroscope's bias (3) and
+// sensitivity (9, column by column) if M depends on them, the state.
 class FieldRow : public Row {
  public:
   struct Reading {
     Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
     Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();  // M
     ThermalFactors thermal;
-    std::shared_ptr<const Turning> turning = nullptr;  // what M was computed from; null: M stays
+    std::shared_ptr<const Turning> turning = nullptr;  // what M follows from; null: M is held
   };
 
   bool Evaluate(double const* const* parameters,
@@ -66,8 +66,8 @@ class FieldRow : public Row {
     return parameters[shared_blocks().size()];
   }
 
-  // The rate with the present gyroscope minus that with which M was computed. `gyroscope`: its bias
-  // and its sensitivity.
+  // The rate by the present parameters of the gyroscope minus the rate with which M was computed.
+  // `gyroscope`: the present bias and sensitivity.
   template <typename T>
   Eigen::Matrix<T, 3, 1> RateChange(T const* const* gyroscope) const {
     if (reading_.turning == nullptr) return Eigen::Matrix<T, 3, 1>::Zero();
@@ -102,9 +102,9 @@ class FieldRow : public Row {
     return field + Followed(in_body, rate_change);
   }
 
-  // M with the present gyroscope.
+  // M after a change of the gyroscope's rate.
   Eigen::Matrix3d TurnAt(const Eigen::Vector3d& rate_change) const;
-  // Derivatives by the gyroscope; `in_body`: the world's vector in the body.
+  // Derivatives by the gyroscope's bias and sensitivity; `in_body`: the world's vector in the body.
   void SetGyroscopeJacobians(const Eigen::Matrix3d& by_field,
                              const Eigen::Vector3d& in_body,
                              const Eigen::Vector3d& rate_change,

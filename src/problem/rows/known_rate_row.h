@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-// The gyroscope while a known rate was held, or the mean rate of a known turn, which determines its
-// axis: rate_row.h.
+// The gyroscope while a known rate was held, or the mean rate of a known turn, which determines the
+// axis of that turn: rate_row.h.
 class KnownRateRow final : public RateRow {
  public:
   KnownRateRow(const SharedLayout& layout,

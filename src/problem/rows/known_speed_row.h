@@ -10,8 +10,8 @@ namespace truetriad {
 // The gyroscope while a rate of known size w was held about an unknown axis d, as on a turntable to
 // which the unit is fixed in any attitude: rate_row.h at the rate w d.
 //
-// With d at its optimum this is |C (y - b - G f)| = w, weighted by the readings' noise. Parameters:
-// those of RateRow; the axis, a direction in the body.
+// If d is at its optimum, the rows state |C (y - b - G f)| = w, weighted by the readings' noise.
+// Parameters: those of RateRow, and the axis as a direction in the body.
 class KnownSpeedRow final : public RateRow {
  public:
   KnownSpeedRow(const SharedLayout& layout,

@@ -11,13 +11,13 @@
 
 namespace truetriad {
 
-// The gyroscope while it turns at a rate w, by known_rate_row.h or known_speed_row.h:
+// The gyroscope while it turns at a rate w, which known_rate_row.h or known_speed_row.h defines:
 //
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //
-// f: mean specific force meanwhile, by the accelerometer. Parameters: the triad's (TriadBlocks);
-// g-sensitivity (9, column by column), if modelled. Rates are stated relative to the table: the
-// earth's rate is not added.
+// f: mean specific force in that time, from the accelerometer. Parameters: the triad's
+// (TriadBlocks); g-sensitivity (9, column by column), if modelled. Rates are stated relative to the
+// table: the earth's rate is not added.
 class RateRow : public Row {
  protected:
   RateRow(const SharedLayout& layout,

@@ -14,15 +14,15 @@ struct SharedBlock {
   int size = 0;
 };
 
-// One physical statement as a Ceres cost function: model minus reading or stated value, in the
-// latter's unit. A row has no weight of its own: WhitenedRow weights every row.
+// One physical statement as a Ceres cost function: the model minus a reading or a stated value, in
+// the unit of that reading or value. A row has no weight of its own: WhitenedRow weights every row.
 //
-// Parameter blocks: the shared ones of shared_blocks(), then the state of each of its poses (one,
-// or two neighbours): its attitude, world <- body, as a quaternion x y z w; or, if only a direction
-// is known, that direction in the body, x y z. Blocks of terms that the model lacks are left out.
+// Parameter blocks: those of shared_blocks(), then the states of at most two neighbouring poses. A
+// state is an attitude, world <- body, as a quaternion x y z w, or, if only a direction is unknown,
+// that direction in the body, x y z. Blocks of terms that the model lacks are left out.
 //
-// Derivatives by a state are those along its manifold, times the manifold's own Minus: exact for
-// every ceres::Manifold of the unit quaternions or of the sphere.
+// A derivative by a state is the derivative along the state's manifold times that of the manifold's
+// Minus. It is exact for every ceres::Manifold of the unit quaternions or of the sphere.
 class Row : public ceres::CostFunction {
  public:
   const std::vector<SharedBlock>& shared_blocks() const { return shared_blocks_; }

@@ -25,7 +25,8 @@ class RowEvaluation {
                 bool with_jacobians);
 
   Eigen::Map<const Eigen::VectorXd> residual() const { return {residual_.data(), rows_}; }
-  // Derivatives by the i-th of row.shared_blocks(); by the first or second state (ambient).
+  // Derivatives by the i-th block of row.shared_blocks(), or by the first or second state
+  // (ambient).
   Jacobian BySharedBlock(std::size_t i) const { return {jacobians_[i], rows_, sizes_[i]}; }
   Jacobian ByState(std::size_t i) const { return BySharedBlock(shared_count_ + i); }
   // All derivatives, block after block, each block row-major.

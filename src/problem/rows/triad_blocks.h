@@ -52,7 +52,7 @@ class TriadBlocks {
                          const Eigen::Vector3d& field,
                          double** jacobians) const;
 
-  // Derivatives of any three rows by the blocks, from those by the model's parts.
+  // Derivatives of any three rows by the blocks, from their derivatives by the parts of the model.
   struct ByParts {
     Eigen::Matrix3d bias;
     Eigen::Matrix<double, 3, 9> sensitivity;

@@ -43,7 +43,8 @@ bool TurnRow::Evaluate(double const* const* parameters,
   if (jacobians == nullptr) return true;
 
   const Eigen::Matrix3d from_right = InverseRightJacobian(log);
-  // Exp(-J_r(change) J d) from the left; the inverse left Jacobian is the right one's transpose.
+  // A change d multiplies by Exp(-J_r(change) J d) from the left, and the inverse left Jacobian is
+  // the transpose of the inverse right one.
   const Eigen::Matrix3d by_change = -from_right.transpose() * RightJacobian(change);
   TriadBlocks::ByParts by;
   by.bias = by_change * increment_->by_bias;

@@ -17,16 +17,16 @@ namespace truetriad {
 //
 //   rows   Log(dR(b, S, G, a)^T R_k^T Exp(e dt) R_k+1)      rad, in the body frame of the second
 //
-// dR: the rotation integrated from the readings at one point of the gyroscope's parameters, and
-// linearised in these about that point: dR = dR_0 Exp(J d), Forster et al. 2017. e: the earth's
-// rate, if modelled; the world of the second pose has turned by e dt in inertial space since the
-// first. A stated turn is relative to the table, so that the earth's rate is not added.
+// dR: the rotation that is integrated from the readings at one point of the gyroscope's parameters
+// and linearised about that point: dR = dR_0 Exp(J d), Forster et al. 2017. e: the earth's rate, if
+// modelled; from the first pose to the second the world turns by e dt in inertial space. A stated
+// turn is relative to the table, so that the earth's rate is not added.
 //
 // Parameters: the gyroscope's (TriadBlocks); g-sensitivity (9), if modelled; the reference block
 // (6), if the earth's rate is modelled; both attitudes.
 class TurnRow final : public Row {
  public:
-  // `increment`, integrated at the parameters `at`, must outlive the row.
+  // `increment` was integrated at the parameters `at`; both must outlive the row.
   TurnRow(const SharedLayout& layout,
           const ThermalFactors& factors,
           bool counts_earth_rate,

@@ -13,7 +13,7 @@ namespace truetriad {
 
 // The vector that a triad at rest senses in the frame of the attitudes, from the reference block
 // (ReferenceIndex): specific force (0, 0, g), or the field B (cos dip cos heading, cos dip sin
-// heading, -sin dip); a fixture's tilt t rotates that frame from the level one: Exp(-t) v.
+// heading, -sin dip). A fixture's tilt t turns the level vector v into Exp(-t) v.
 template <typename T>
 Eigen::Matrix<T, 3, 1> WorldVectorOf(Triad triad, const T* reference) {
   using std::cos;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Script of a report, which is complete without it: copies corrections and links poses to their rows.
+// Script of a report, which also works without it: copies corrections, links poses to their rows.
 'use strict';
 (() => {
   document.documentElement.classList.add('scripted');

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws the readings on the unit sphere as a scene that can be turned, where Plotly is in the page.
+// If Plotly is in the page, draws the readings on the unit sphere as a scene that can be turned.
 'use strict';
 (() => {
   if (!window.Plotly || !document.createElement('canvas').getContext('webgl')) return;
@@ -26,7 +26,7 @@
     return { x: along(0), y: along(1), z: along(2), text, type: 'scatter3d', mode: 'lines+text', hoverinfo: 'skip', showlegend: false, line: { color: colour('soft'), width: 2 }, textfont: { color: colour('ink'), size: 14 } };
   };
 
-  // Fields of a pose: number, whether rejected, then x, y, z and error, raw and corrected.
+  // Fields of a pose: number, whether rejected, raw x, y, z and error, corrected x, y, z and error.
   const readings = ({ poses, unit }, name, first, symbol) => ({
     x: poses.map((pose) => pose[first]),
     y: poses.map((pose) => pose[first + 1]),
@@ -46,7 +46,7 @@
 
   const draw = (place, data) => {
     const most = Math.max(1.45, 1.05 * data.reach);
-    // The height is what the camera sees; where the page is narrower, it stands further off.
+    // The camera sees the full height. If the place is narrower, the camera stands further off.
     const far = Math.max(1, place.offsetHeight / (place.offsetWidth || 1));
     const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {
@@ -85,7 +85,7 @@
       turn(place, event.key);
     });
     words.className = 'words';
-    words.textContent = `${data.sensor}: what it read at the poses, in the body frame; without errors all would be on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn it with the mouse or the arrow keys; a point shows its pose and error.`;
+    words.textContent = `${data.sensor}: readings at the poses, in the body frame; without errors all would lie on the sphere. ${data.magnification > 1 ? `Errors are drawn ${data.magnification} times as large. ` : ''}Turn the sphere with the mouse or the arrow keys; a point shows its pose and error.`;
     sphere.append(place, words);
     return { sphere, place, data };
   });

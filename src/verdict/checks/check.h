@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-// The noise of a unit in motion, with which its chain was settled.
+// The noise of a motion's readings, with which the chain of its moments was settled.
 struct MotionNoiseFound {
   PerTriad<TriadNoise> stated;                  // as a result states it
   PerTriad<Eigen::Vector3d> reading_sigma_raw;  // of one reading
@@ -38,19 +38,20 @@ struct SolvedRun {
   const PresentedSolution& solution;
   const Unmodelled& unmodelled;
   const NoiseState& noise_before;  // before faults were included
-  const OffOptimum& off;           // how far that noise is off its optimum
+  const OffOptimum& off;           // how far noise_before is from its optimum
   bool determined = true;          // each wanted parameter has a σ below the limit
   const Calibration& stated;       // reference and quality; for remarks also the sensors
 };
 
-// A change of temperature that changes biases by more than a good calibration's σ: consumer sensors
-// drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC, and so by ten times that.
+// Such a change of temperature changes biases by more than a good calibration's σ: consumer sensors
+// drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC.
 inline constexpr double kMuchTemperatureDegc = 10.0;
 
-// A check examines a run and returns findings. No later check is called after one that refuses.
+// A check examines a run and returns findings. If a check refuses, the following ones do not run.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
-// Whether the solution can be used; kUsability in verdict.cc has the order. Most are in fit.cc.
+// Checks whether the solution can be used, in the order of kUsability (verdict.cc). Without another
+// file name, a check is in fit.cc.
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
@@ -64,7 +65,7 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved);  // 
 Findings CheckMounting(const SettledRun& run, const SolvedRun& solved);      // mounting.cc
 Findings CheckGains(const SettledRun& run, const SolvedRun& solved);         // units.cc
 
-// Remarks for the reader of a usable result; no remark refuses it.
+// Checks that add remarks for the reader of a usable result, and never refuse it.
 Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRejectedPoses(const SettledRun& run, const SolvedRun& solved);  // outliers.cc
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved);
@@ -83,13 +84,13 @@ Findings CheckSessions(const SettledRun& run, const SolvedRun& solved);  // verd
 
 // Checks that apply to rests, motions and sweeps.
 //
-// A warning if degrees of freedom are too few to know σ.
+// A warning if degrees of freedom are too few to know σ well.
 Findings CheckDegreesOfFreedom(double dof, const char* remedy);
-// A refusal if a solution (`is_finite`: of its parameters), covariance or variance is not finite.
+// A refusal if parameters (`is_finite`) or covariances are not finite, or a variance is negative.
 Findings CheckFinite(const TriadOptions& gyroscope,
                      bool is_finite,
                      const NamedCovariance& covariance);
-// A finding if some σ, all effects included, is more than `limit` of its parameter's typical size.
+// A finding if the σ of a parameter, all effects included, exceeds `limit` times its typical size.
 Findings CheckStillDetermined(const PoseGraph& graph,
                               const Eigen::MatrixXd& covariance,
                               double limit);

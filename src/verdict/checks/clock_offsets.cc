@@ -20,7 +20,7 @@ constexpr int kMostUnknowns = 4;
 using Normal = Eigen::Matrix<double, kMostUnknowns, kMostUnknowns>;
 using Unknowns = Eigen::Matrix<double, kMostUnknowns, 1>;
 
-// Moves beyond the number of unknowns, so that σ by leaving one out is meaningful.
+// An offset needs this many more moves than unknowns, so that σ by leaving one out is meaningful.
 constexpr int kSpareMoves = 4;
 // A move whose predicted end has a larger error, 11 degrees, is skipped.
 constexpr double kLostRad = 0.2;
@@ -35,8 +35,8 @@ constexpr double kSettledS = 1e-5;
 constexpr double kLongestS = 0.5;
 // An offset with a larger p is not reported.
 constexpr double kSaidChance = 1e-5;
-// Nor is an offset that exceeds the time between two readings by fewer σ: at which moment within
-// that time a reading was taken is not a question of clocks.
+// An offset must exceed the time between two gyroscope readings by this many σ to be reported:
+// within that time, the moment of a reading is not a question of clocks.
 constexpr double kSurelyLonger = 3.0;
 
 // One move, as the gyroscope measured it.
@@ -68,8 +68,8 @@ std::vector<Eigen::Vector3d> Differences(const FollowedMove& move) {
   return differences;
 }
 
-// Follows the turn of `edge`; the error at its end is distributed in proportion to the angle. Unset
-// if that error exceeds kLostRad.
+// Integrates the attitude along the turn of `edge`. The error at the end is distributed along the
+// turn in proportion to the angle. Unset if that error exceeds kLostRad.
 std::optional<FollowedMove> Follow(const PoseGraph& graph, const IncrementEdge& edge) {
   FollowedMove move;
   move.time_s = edge.move.time_s;
@@ -151,7 +151,7 @@ SeenMove SeenBy(Triad triad,
   return seen;
 }
 
-// The rows of one move with readings shifted by `later_s`.
+// The sums over one move with readings shifted by `later_s`.
 MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
   MoveSums sums;
   const FollowedMove& move = *seen.move;
@@ -233,7 +233,7 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
   return offset;
 }
 
-// Values of a move shifted by `later_s`; beyond its ends the unit rests.
+// Values of a move shifted by `later_s`; before and after the move the unit rests.
 std::vector<Eigen::Vector3d> ShiftedBy(double later_s,
                                        const std::vector<double>& time_s,
                                        const std::vector<Eigen::Vector3d>& values) {
@@ -349,8 +349,8 @@ Finding ClockCorrected(Triad triad, double later_s, double sigma_s, Triad refere
   return finding.About(triad).With("offset", later_s, sigma_s, "s");
 }
 
-// The last finding states all offsets in one block. The block also has a triad with an offset
-// beyond the range of moves (PoseSet::clock_lag_s), with that value.
+// The remedy of the last finding is one block with all offsets, also of sensors whose offset is too
+// long for moves (PoseSet::clock_lag_s).
 Findings CheckClockOffsets(const SettledRun& run, const SolvedRun& solved) {
   const PoseSet& poses = run.poses;
   Findings findings;

@@ -10,27 +10,27 @@
 
 namespace truetriad {
 
-// The offset of each vector sensor's clock from the gyroscope's, from the moves between rests of a
-// settled graph. A reading that is reported d after it was taken is of the field in the body's
-// attitude d before,
+// Estimates by how much each vector sensor's clock is late against the gyroscope's, from the moves
+// between rests of a settled graph. If a reading is stamped a time d late, it shows the field in
+// the attitude that the body had d earlier:
 //
 //   C (y - b) - R^T v = -d (R^T v x w) + (dw/dt x r + w x (w x r))
 //
-// R is propagated by the gyroscope from rest to rest, w its rate; r, for the accelerometer alone,
-// is its place relative to the point about which hands turn the unit. Moves are weighted by their
-// fit; σ is found by leaving out one move after another, so that it includes all other effects that
-// differ from move to move. A sensor without enough moves has no offset.
+// R is the attitude, integrated from rest to rest by the gyroscope, and w its rate. r, for the
+// accelerometer alone, is its place relative to the point about which hands turn the unit. A move
+// is weighted by how well it fits. σ is found by leaving out one move after another, so that it
+// includes all effects that differ from move to move. A sensor with too few moves gets no offset.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// The effect of an offset on a solution: a clock that is late by d changes the mean of a rest by d
-// times the difference of the readings at its ends over its duration, and the forces by which a
-// g-sensitivity acts during a turn. With y these changes for one second, the free coordinates
-// change by m = M^-1 J^T D y sqrt(d^2 + σ^2), which is negligible if rests are still to their ends.
+// The effect of an offset d ± σ on a solution. A clock that is late changes the mean of a rest if
+// the readings at its two ends differ, and during a turn it changes the forces by which a
+// g-sensitivity acts. With y these changes for a clock that is late by sqrt(d^2 + σ^2), the free
+// coordinates change by m = M^-1 J^T D y. If rests are still to their ends, m is negligible.
 Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system);
 
-// Whether an offset is significant and exceeds the time between two gyroscope readings.
+// Whether an offset is significant and clearly exceeds the time between two gyroscope readings.
 bool IsNotable(const ClockOffset& offset, const PoseSet& poses);
 
 // The finding for a corrected offset relative to the clock of `reference`.

@@ -21,13 +21,13 @@ PerTriad<std::string> UnitsOf(const PoseSet& poses) {
   return units;
 }
 
-// Whether the fault is a matrix whose entries the model ties, so that they have no σ of their own.
+// Whether the fault is of matrix entries that the model ties: these have no σ of their own.
 bool IsTied(const TakenFault& fault, const SharedLayout& layout) {
   return fault.place.kind->parameter == ParameterKind::kSensitivity &&
          layout.ColumnsOf(layout.sensitivity[fault.place.triad], 9).size() > 3;
 }
 
-// The line that makes the fault a parameter, if the model has such a parameter.
+// The remedy: the line that makes the fault a parameter, or if no model has it, `otherwise`.
 std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
   const FaultKind& kind = *fault.place.kind;
   if (kind.parameter == ParameterKind::kSensitivity) {
@@ -54,7 +54,7 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const std::optional<double>& most = run.options.strict_shift_sigmas;
   const bool is_beyond = most && fault.shift_sigmas > *most;
   if (is_beyond) finding.remedy = "record again; `strict` refuses corrections this large";
-  // A tied matrix is not refused if rejected readings explain it as well.
+  // A tied matrix is not refused if rejecting some readings explains the others as well.
   const bool is_alone = fault.left_out_instead.empty();
   if (is_beyond || (is_alone && IsTied(fault, run.graph.layout))) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;
@@ -76,7 +76,8 @@ std::string TermOf(const FaultKind& kind) {
 }
 
 // The finding if two faults show that two recordings were joined: gains or mountings of two sensors
-// change together only if the unit is exchanged. Positions are known to one pose.
+// change together only if the unit is exchanged. The positions of the two faults may differ by one
+// pose.
 std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
   const auto is_of_unit = [](const TakenFault& fault) {
     const FaultKind& kind = *fault.place.kind;
@@ -100,7 +101,7 @@ std::optional<Finding> JoinedOf(const std::vector<TakenFault>& faults) {
   return std::nullopt;
 }
 
-// A fault is detected from about this many of its own σ on.
+// A fault is detected if it exceeds about this many of its own σ.
 constexpr double kToldSigmas = 3.0;
 // Error, in σ, up to which a result counts as right.
 constexpr double kTrustedSigmas = 5.0;
@@ -112,8 +113,8 @@ struct StatedBend {
   double widening = 1.0;  // largest factor by which it widens the σ of a parameter
 };
 
-// The finding that names nonlinearities which the poses separate too badly from the model to
-// protect the parameters; unset if there are none.
+// The finding that names nonlinearities which could shift a parameter by over kTrustedSigmas and
+// still not be detected; unset if there are none.
 std::optional<Finding> LinearityAssumed(const std::vector<LeftOutTest>& tests,
                                         const std::vector<StatedBend>& stated) {
   std::vector<std::string> bends;

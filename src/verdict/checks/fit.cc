@@ -10,15 +10,16 @@
 namespace truetriad {
 namespace {
 
-// Above this, noise is stated 30 times too small (the square root): no σ from it can be trusted.
+// Largest χ² per degree of freedom. Above it the stated noise is over 30 times too small (the
+// square root), and no σ from it can be trusted.
 constexpr double kMostReducedChi2 = 1e3;
-// Limits of Newton's step at the solution, in χ² and as a share of typical sizes: both must be
-// exceeded, since noiseless data have σ near zero.
+// The optimiser stopped short if Newton's step at the solution exceeds both limits: this one in χ²,
+// the next one relative to typical sizes. If data have hardly any noise, χ² alone is too strict.
 constexpr double kShortChi2 = 0.01;
-// The second limit: some parameter still changes by more than 1e-6 of its typical size.
+// The other limit: the largest change of a parameter, relative to its typical size.
 constexpr double kShortShare = 1e-6;
-// Once σ include all effects, exceeding the limit of `determined` is a warning; with σ this many
-// times the limit a parameter is worthless, and the run is refused.
+// If a σ with all effects exceeds the limit of `determined`, there is a warning; if it exceeds this
+// many times the limit, the parameter is worthless, and the run is refused.
 constexpr double kWorthless = 10.0;
 
 // The first few parameters with a negative variance; empty if there are none.
@@ -35,8 +36,8 @@ std::string WithoutVariance(const NamedCovariance& covariance) {
   return names + (count > kNamed ? ", …" : "");
 }
 
-// Whether Newton's step at the solution is not negligible: in a flat and curved valley an optimiser
-// may stop after very short steps.
+// Whether Newton's step at the solution is not negligible. An optimiser may stop too early where χ²
+// is a flat and curved valley, since its steps become very short there.
 bool IsShort(const ReducedSystem& system) {
   const double chi2 = system.step().dot(system.information() * system.step());
   const double share = system.step().cwiseQuotient(system.scale()).cwiseAbs().maxCoeff();
@@ -66,7 +67,7 @@ Findings CheckFinite(const TriadOptions& gyroscope,
              "the data hardly determine " + lost + ": no σ can be computed for it",
              "leave the term out, or add poses and turns that show it"}};
   }
-  std::string remedy = "look for absurd readings, σ or held values";
+  std::string remedy = "look for absurd readings, stated σ or held values";
   for (const AxisTermInfo& info : kAxisTerms) {
     if (gyroscope.axis_terms[info.term] != Wanted::kYes) continue;
     remedy = WithArticle(info.words) +
@@ -77,12 +78,12 @@ Findings CheckFinite(const TriadOptions& gyroscope,
 }
 
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
-  // Values whose squares overflow a double are refused, too.
+  // The squared norm also refuses finite values whose squares overflow a double.
   const bool is_finite =
       std::isfinite(solved.system.cost()) && std::isfinite(run.graph.shared.squaredNorm());
   Findings findings =
       CheckFinite(run.options.triads[Triad::kGyroscope], is_finite, solved.solution.covariance);
-  // The usual reason is too little data.
+  // Values that are not finite usually come from too little data.
   if (!findings.empty() && is_finite && !solved.stated.quality.weak_directions.empty()) {
     return {NotDetermined(run)};
   }
@@ -92,7 +93,7 @@ Findings CheckFinite(const SettledRun& run, const SolvedRun& solved) {
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun&) {
   if (!run.noise.unknown) return {};
   return {{FindingCode::kNoiseUnknown,
-           "every residual is needed to determine the parameters, so the noise cannot be estimated",
+           "the parameters can explain every residual, so the noise cannot be estimated",
            "add poses, or state the noise, as by " +
                SensorLine(Triad::kAccelerometer, "noise: { sigma: [x, y, z] }")}};
 }
@@ -119,7 +120,7 @@ Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved
     return {};
   }
   return {Finding(FindingCode::kTemperatureIgnored,
-                  Format("most poses disagree with one model, and the temperature went from %.0f ",
+                  Format("most poses do not fit a single model; the temperature went from %.0f ",
                          (*range)[0]) +
                       Format("to %.0f degC", (*range)[1]),
                   "estimate temperature terms (`thermal:`), or record at one temperature")
@@ -150,14 +151,15 @@ Findings CheckStillDetermined(const PoseGraph& graph,
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved) {
   if (!run.converged || IsShort(solved.system)) {
     return {{FindingCode::kDidNotConverge,
-             "the optimiser did not converge: the readings do not fit the model from any start"}};
+             "the optimiser did not converge; the readings may not fit the model"}};
   }
   const OffOptimum& off = solved.off;
   if (off.IsSettled()) return {};
   Finding finding(
       FindingCode::kDidNotConverge,
-      "the pose-to-pose noise of the " + NoiseComponentName(*off.component) +
-          Format(" did not converge (score %.2g of its σ): no σ can be stated", off.score_sigmas),
+      "the estimate of the pose-to-pose noise of the " + NoiseComponentName(*off.component) +
+          Format(" did not converge (its REML score is %.2g σ, not 0): no σ can be stated",
+                 off.score_sigmas),
       "state " +
           SensorLine(TriadOf(*off.component).value_or(Triad::kGyroscope),
                      "noise: { excess: { sigma: … } }") +

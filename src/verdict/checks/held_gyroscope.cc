@@ -14,12 +14,13 @@
 namespace truetriad {
 namespace {
 
-// Largest median error of the turns. Start values of an accelerometer have errors of a few
-// hundredths; a gain error of a tenth has an error of 0.1 rad after a turn of a radian.
+// Largest median error of the turns. An accelerometer's start values cause errors of a few
+// hundredths of a radian; a gyroscope's gain error of a tenth causes 0.1 rad per radian of turn.
 constexpr double kMostMissedRad = 0.1;
 // Fewer turns are no basis for a median.
 constexpr std::size_t kFewTurns = 3;
-// Scatter of turns that is reported, 1.1 degrees: handling and settling cause tenths of a degree.
+// A larger scatter of turns, 1.1 degrees, is reported: handling and settling cause tenths of a
+// degree.
 constexpr double kOddScatterRad = 0.02;
 
 bool IsHeld(const TriadOptions& gyroscope) {
@@ -74,7 +75,7 @@ std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
       .With("turns", static_cast<double>(count));
 }
 
-// A smaller error of a held gyroscope, by the turns' excess noise.
+// Finds smaller errors of a held gyroscope by the excess noise of the turns.
 Findings CheckHeldGyroscope(const SettledRun& run, const SolvedRun& solved) {
   const auto& gyroscope = solved.stated.sensors[Triad::kGyroscope];
   if (!gyroscope || !IsHeld(run.options.triads[Triad::kGyroscope])) return {};

@@ -13,9 +13,10 @@
 
 namespace truetriad {
 
-// The finding if a gyroscope with a held matrix or bias predicts turns that are far from those of
-// gravity between the rests; unset if they agree, or nothing is held. A solution with such a
-// gyroscope would distort the poses to fit its turns. `nodes` as of BuildNodes.
+// The finding if a gyroscope whose matrix or bias is held measures turns that differ much from
+// those of gravity, or the field, between the rests; unset if both agree, or if nothing is held.
+// Wrong held values would make a solution distort the poses to fit the turns. `nodes`: from
+// BuildNodes.
 std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
                                                const StartValues& start,
                                                const std::vector<PoseNode>& nodes,

@@ -24,15 +24,15 @@ struct MountingView {
   std::vector<Triad> against;   // sensors whose stated mounting it contradicts
   std::vector<Triad> mirrored;  // left-handed, with no stated mounting
   bool blames_attitudes = false;
-  int axes = 0;   // number of axes that differ from stated ones
-  int other = 0;  // number that differ from the body's, of sensors without stated mounting
+  int axes = 0;   // number of axes that differ from the stated mountings
+  int other = 0;  // number of axes unlike the body's, of sensors with no stated mounting
 
   std::size_t faults() const { return against.size() + mirrored.size() + blames_attitudes; }
   bool Contradicts() const { return blames_attitudes || !against.empty(); }
 };
 
-// The fit with axes of the body frame renamed by T: S' = S T. Rates are axial vectors, which a
-// mirror reverses: a gyroscope's det(T) S T explains the readings of S.
+// The fit with the axes of the body frame renamed by T: S' = S T. Rates are axial vectors, which a
+// mirror reverses: for a gyroscope, S' = det(T) S T.
 MountingView ViewOf(const CalibrateOptions& options,
                     const PoseGraph& graph,
                     const Eigen::Matrix3d& T) {
@@ -56,8 +56,8 @@ MountingView ViewOf(const CalibrateOptions& options,
   return view;
 }
 
-// The interpretations with the fewest contradictions, the simplest first: of those that contradict
-// the same sensors, only the one that changes the fewest axes.
+// The interpretations with the fewest contradictions, the simplest first. If several contradict the
+// same sensors, only the one that changes the fewest axes is listed.
 std::vector<MountingView> LikeliestViews(const CalibrateOptions& options, const PoseGraph& graph) {
   std::vector<MountingView> views;
   for (const Eigen::Matrix3d& T : AllAxisMaps()) views.push_back(ViewOf(options, graph, T));
@@ -114,8 +114,9 @@ Finding Contradiction(const CalibrateOptions& options, const std::vector<Mountin
   return finding;
 }
 
-// Whether a magnetometer is reversed relative to an accelerometer: a wrong sign of the latter turns
-// every attitude upside down, which a gyroscope does not show, and so does a wrong hemisphere.
+// Whether all axes of a magnetometer are reversed relative to an accelerometer. A wrong `sign` of
+// the accelerometer causes this, since every attitude is then upside down, which a gyroscope does
+// not show. A wrong `hemisphere` causes it, too.
 bool IsReversedAgainst(const CalibrateOptions& options, Triad triad, const Eigen::Matrix3d& map) {
   return triad == Triad::kMagnetometer && options.triads[Triad::kAccelerometer].enabled &&
          !options.IsBodyKnown() && map == -Eigen::Matrix3d::Identity();
@@ -124,7 +125,7 @@ constexpr const char* kReversed =
     ": the accelerometer's `sign` or the `hemisphere` is stated wrongly, or one of the two logs "
     "reverses all axes";
 
-// Findings for sensors whose mounting is not stated.
+// Findings for sensors whose axes differ from the body's and whose mounting was not stated.
 Findings FoundMountings(const CalibrateOptions& options, const MountingView& view) {
   Findings findings;
   for (const Triad triad : kTriads) {
@@ -147,7 +148,7 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
   return findings;
 }
 
-// The finding if one of the sensors is left-handed, and it is not known which.
+// The finding if a sensor came out left-handed and its mounting is not stated.
 Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const Triad triad = view.mirrored.front();
   // The hemisphere is neither stated nor known by a dip.
@@ -155,8 +156,8 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
       !options.reference.is_hemisphere_stated && !options.reference.dip_rad.known();
   const std::string remedy =
       "south of the magnetic equator state `reference: { field: { "
-      "hemisphere: south } }`, north of it `north`; of an accelerometer "
-      "that reads -g on the axis that points up, " +
+      "hemisphere: south } }`, north of it `north`; if the accelerometer "
+      "reads -g on the axis that points up, state " +
       SensorLine(Triad::kAccelerometer, "sign: gravity");
   if (IsReversedAgainst(options, triad, *view.maps[triad])) {
     Finding finding(
@@ -176,7 +177,7 @@ Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
           AxisMapName(*view.maps[triad]) + ": one log swaps two axes or reverses one" +
           (is_relative ? ", or `sign` or `hemisphere` is wrong" : ""),
       is_relative && is_side_guessed ? "look for swapped or reversed axes; " + remedy : "");
-  // Only a gyroscope determines which of the two it is.
+  // Without a gyroscope, the accelerometer may be the left-handed one.
   if (!is_relative || options.triads[Triad::kGyroscope].enabled) finding.About(triad);
   return finding;
 }
@@ -191,7 +192,7 @@ Findings CheckMounting(const SettledRun& run, const SolvedRun&) {
   if (good == views.end()) return {Contradiction(options, views)};
   Findings findings = FoundMountings(options, *good);
   if (!good->mirrored.empty() && OutcomeOf(findings) == Outcome::kConverged) {
-    // This finding is more specific than one of axes that differ from the body's.
+    // A left-handed sensor is more specific than axes that differ from the body's.
     findings = {LeftHanded(options, *good)};
   }
   return findings;
@@ -215,7 +216,7 @@ Findings CheckHand(const SettledRun& run, const SolvedRun& solved) {
                       (sigma_rad > 0.0 ? Format(" ± %.1g", sigma_rad / kRadPerDeg) : "") +
                       " deg leaves the sensor's sign open: with all axes reversed (" +
                       (is_right ? "left" : "right") + "-handed), it fits the readings equally well",
-                  "state its `mounting`, or check one heading")
+                  "state its `mounting`, or check a heading that is known")
               .About(Triad::kMagnetometer)
               .With("dip", dip_rad / kRadPerDeg, "deg")};
 }

@@ -9,8 +9,8 @@
 
 namespace truetriad {
 
-// Refuses if most poses of a sensor were rejected, or too many for the others to determine enough:
-// its noise was stated, and does not fit the poses.
+// Refuses if over half of a sensor's poses were rejected, or over a quarter if the others do not
+// determine the parameters: the sensor's stated noise, or the model, does not fit the poses.
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   const bool determined = solved.determined && solved.system.rank() == solved.system.size();
   const double most = determined ? 0.5 : 0.25;
@@ -39,7 +39,8 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
     return {Finding(FindingCode::kTooManyOutliers,
                     name + ": " + std::to_string(rejected) + " of " + std::to_string(all) +
                         " poses were left out, with errors above " +
-                        Format("%.1f σ", RejectedFrom(tests)) + Format(" of %.2g ", sigma) + unit +
+                        Format("%.1f times the σ", RejectedFrom(tests)) +
+                        Format(" of %.2g ", sigma) + unit +
                         "; these are too many to be outliers: " +
                         (is_estimated ? "the readings do not fit the model"
                                       : "the poses scatter by more than that σ"),
@@ -55,9 +56,9 @@ Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   return {};
 }
 
-// Single outliers occur by chance; more have a cause, which may also affect other poses.
+// A single outlier may occur by chance. Several have a cause that may also affect other poses.
 Findings CheckRejectedPoses(const SettledRun&, const SolvedRun& solved) {
-  // One pose in twenty.
+  // If outliers exceed this share, one pose in twenty, they are a warning.
   constexpr double kMuchShare = 0.05;
   // Chosen for a readable message.
   constexpr std::size_t kNamed = 8;

@@ -12,11 +12,12 @@ namespace {
 
 // Fewer rows do not determine a correlation: its σ would exceed 1 / sqrt(30) = 0.18.
 constexpr std::size_t kFewestRows = 30;
-// Median step between adjacent rows, as a share of the step between any two: a smaller share is
-// that of sorted attitudes, or of a unit that turns.
+// If the median step between adjacent rows is below this share of the median step between any two
+// rows, either attitudes are sorted, or the unit turned during the log.
 constexpr double kSmoothShare = 0.35;
-// Errors of consecutive rests are independent. A correlation above this, and above the σ of chance
-// (1 / sqrt(rows)) by the next factor, is due to accelerations by hand, lever arms and turns.
+// Errors of consecutive rests are independent. If their correlation exceeds this and also
+// kCorrelatedSigmas times its σ by chance, 1 / sqrt(rows), it is due to accelerations by hand,
+// lever arms and turns.
 constexpr double kCorrelated = 0.3;
 // Normal noise exceeds it in one of 3.5 million tables.
 constexpr double kCorrelatedSigmas = 5.0;
@@ -48,7 +49,7 @@ bool AreSmooth(const std::vector<Eigen::Vector3d>& force) {
   const std::size_t half = force.size() / 2;
   for (std::size_t i = 1; i < force.size(); ++i) {
     next.push_back((force[i] - force[i - 1]).norm());
-    // Rows that are half the table apart, plus an offset that matches no regular order.
+    // The other row is half the table away, plus an offset that matches no regular order.
     any.push_back((force[i] - force[(i + half + 37 * (i % 11)) % force.size()]).norm());
   }
   return Median(std::move(next)) < kSmoothShare * Median(std::move(any));

@@ -14,9 +14,9 @@ namespace {
 
 // With fewer degrees of freedom the σ of the noise has a relative σ of over 1 / sqrt(20) = 22 %.
 constexpr double kFewDof = 10.0;
-// A cap with this radius, without any pose, is half of the sphere.
+// A cap of this radius is half of the sphere: if it has no pose, poses are one-sided.
 constexpr double kOneSidedGapDeg = 90.0;
-// Probability that all biases of a raw log are so near to zero.
+// A log is not raw if the biases of raw logs are so near to zero with a smaller probability.
 constexpr double kByChance = 1e-9;
 
 }  // namespace
@@ -38,8 +38,8 @@ Findings CheckDegreesOfFreedom(const SettledRun& run, const SolvedRun& solved) {
   return CheckDegreesOfFreedom(solved.stated.quality.effective_dof, "add poses");
 }
 
-// A log that was corrected by its own calibration has biases of zero: Σ bᵀ C⁻¹ b, for raw logs χ²
-// of the true biases, is then far below that of a perfect sensor.
+// If a log was corrected by a calibration made from it, its biases b are zero. Σ bᵀ C⁻¹ b is then
+// far below the χ² that noise alone causes in a sensor without bias.
 Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
   const SharedLayout& layout = run.graph.layout;
   if (!run.options.check_units || solved.system.rank() < solved.system.size()) return {};
@@ -68,7 +68,7 @@ Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved) {
 }
 
 Findings CheckNoiseFree(const SettledRun& run, const SolvedRun& solved) {
-  // Noise up to twice the assumed minimum (kLeastNoiseShare) is that minimum.
+  // Noise up to this factor times the assumed minimum (kLeastNoiseShare) counts as that minimum.
   constexpr double kHardlyMore = 2.0;
   Findings findings;
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {

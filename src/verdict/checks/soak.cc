@@ -21,7 +21,8 @@ namespace {
 // The common error of each temperature's poses is drift if noise causes it in fewer than one of a
 // hundred runs.
 constexpr double kDriftLevel = 0.01;
-// Least trace that noise leaves, as a share of its degrees of freedom: less is rounding.
+// If the terms leave a smaller trace of noise, as a share of its degrees of freedom, the trace is
+// rounding.
 constexpr double kRoundingShare = 1e-6;
 // Width of a setting as a share of the range.
 constexpr double kSameSetting = 0.05;
@@ -161,8 +162,8 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph) 
 
 namespace {
 
-// The change of the score by readings of a triad with a common error at one temperature: three
-// columns G for each temperature, so that the solution changes by M^-1 G o for offsets o.
+// The change of the score if a triad's readings at one temperature have a common offset: three
+// columns of G for each temperature. Offsets o change the solution by M^-1 G o.
 Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& system, Triad triad) {
   const std::vector<std::vector<std::size_t>> groups = NodesByTemperature(graph);
   Eigen::MatrixXd G =
@@ -182,11 +183,11 @@ Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& syste
   return G;
 }
 
-// What the model leaves of offsets o: L o, since the terms, the bias and the rest of the model
-// adapt to offsets. Of L L^T: its trace, and the degrees of freedom of a sum of squares
-// (Satterthwaite 1946). Unset if the bias is held, or a temperature does not determine it. Of noise
-// with covariance S at each temperature L S is left, with all effects on the solution; it is scaled
-// by the diagonal of S, as the settings' σ scale a sum of squares.
+// The terms, the bias and the rest of the model adapt to offsets o and leave L o of them. `trace`,
+// `dof`: trace of L L^T, and the degrees of freedom of the sum of squares of L o (Satterthwaite
+// 1946). Noise with covariance S at each temperature leaves L S, all effects on the solution
+// included. `noise_trace`, `noise_dof`: of L S scaled by the diagonal of S, as the settings' σ
+// scale a sum of squares. Unset if the bias is held, or if a temperature does not determine it.
 struct Leftover {
   double trace = 0.0;
   double dof = 0.0;
@@ -242,7 +243,7 @@ SettingScatter ScatterOf(const PoseGraph& graph,
                                 .value_or(Leftover{left, left, left, left});
   scatter.dof = leftover.dof;
   scatter.ratio = chi2 / leftover.trace;
-  // The terms adapt to all offsets.
+  // The terms adapt to all offsets, so that nothing can be tested.
   if (!(leftover.noise_trace > kRoundingShare * left)) return scatter;
   scatter.p_value =
       1.0 - ChiSquareCdf(chi2 / leftover.noise_trace * leftover.noise_dof, leftover.noise_dof);

@@ -35,7 +35,7 @@ Findings CheckStatedNoise(const SettledRun&, const SolvedRun& solved) {
 }
 
 Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved) {
-  // Least share of a prior's variance by which readings reduce it: less cannot contradict it.
+  // If readings reduce a prior's variance by less than this share, they cannot contradict it.
   constexpr double kLeastTold = 1e-6;
   const PoseGraph& graph = run.graph;
   const double dof = solved.stated.quality.effective_dof;

@@ -12,17 +12,17 @@
 namespace truetriad {
 namespace {
 
-// Change within one pose, degC, above which its mean spans several temperatures: chosen.
+// Chosen: if the temperature changes by more, degC, the mean of a pose spans several temperatures.
 constexpr double kMostChangeDegc = 3.0;
-// Chosen: a larger share of the recorded range that has no rest is reported.
+// Chosen: if a larger share of the recorded range, at one of its ends, has no rest, it is reported.
 constexpr double kMostMissedShare = 0.1;
 
 struct PoseTemperatures {
   Eigen::Vector2d range{std::numeric_limits<double>::infinity(),
                         -std::numeric_limits<double>::infinity()};
-  int changing = 0;      // poses
-  double largest = 0.0;  // change in one
-  int worst = 0;         // its number
+  int changing = 0;      // number of poses with too large a change
+  double largest = 0.0;  // change within one pose
+  int worst = 0;         // number of that pose
 };
 
 PoseTemperatures TemperaturesOf(const PoseSet& poses) {
@@ -41,7 +41,7 @@ PoseTemperatures TemperaturesOf(const PoseSet& poses) {
   return seen;
 }
 
-// Findings that reduce the reliability of temperature terms.
+// Findings about what makes temperature terms less reliable.
 Findings CheckTerms(const SettledRun& run) {
   Findings findings;
   const PoseTemperatures seen = TemperaturesOf(run.poses);
@@ -65,8 +65,7 @@ Findings CheckTerms(const SettledRun& run) {
             FindingCode::kReferenceExtrapolated,
             Format("the reference temperature, %.1f degC, lies outside of the poses' ", reference) +
                 Format("%.1f to ", range[0]) +
-                Format("%.1f degC: bias and sensitivity there, and what limits judge, are "
-                       "extrapolated",
+                Format("%.1f degC: bias and sensitivity at the reference are extrapolated",
                        range[1]))
             .With("reference", reference, "degC")
             .With("lowest", range[0], "degC")
@@ -145,7 +144,7 @@ Findings CheckDrift(const SettledRun&, const SolvedRun& solved) {
                     " (1 σ) more than the temperature terms explain: the bias drifts, the order is "
                     "too low, or the curve has a knee; reported σ allow for a drift that is "
                     "independent at each temperature",
-                "record a sweep with `knots`, which shows it")
+                "record a sweep with `knots`, which shows the cause")
             .About(triad)
             .With("drift", sigma, unit));
   }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Checks the unit of a gyroscope by the turn of gravity in the body during its readings, without a
-// fit, which explains even turns that wrap around.
+// Checks the unit of a gyroscope: its turns must move gravity in the body as the accelerometer
+// shows. No fit is used, since a fit explains even turns that wrap around.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,27 +27,27 @@ namespace {
 constexpr std::size_t kMostTurns = 24;
 // Chosen: fewer turns fit some wrong factor by chance too often.
 constexpr std::size_t kFewestTurns = 4;
-// Least turn, 20 degrees, that depends on a factor enough to test it.
+// Least turn that is tested, 20 degrees: shorter ones hardly depend on the unit.
 constexpr double kTurnedRad = 0.35;
-// An uncalibrated gyroscope predicts half of the turns within this error, rad: a gain error of a
-// tenth in half a turn is 0.31. A factor that reduces the error to a third is the right one.
+// Largest median error of the turns, rad, of an uncalibrated gyroscope in the right unit: a gain
+// error of a tenth is 0.31 in half a turn.
 constexpr double kExplainedRad = 0.3;
-// Least ratio of the stated unit's error to the factor's.
+// A factor explains the turns if its error is also smaller than the stated unit's by this ratio.
 constexpr double kBetterBy = 3.0;
 // For a unit that never rests: the accelerometer's mean is over ± this time, 0.05 s.
 constexpr double kMeanNs = 5e7;
 constexpr std::array<double, 4> kPiecesS = {0.25, 0.5, 1.0, 2.0};
 
-// The gyroscope's readings while the up direction in the body changed.
+// A turn: the gyroscope's readings, and the up direction in the body before and after them.
 struct SeenTurn {
   Eigen::Vector3d before, after;
   GyroMove move;
 };
 
-// The up direction by the uncalibrated accelerometer; without one the field's.
+// The up direction by the uncalibrated accelerometer; if there is none, that of the field.
 Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
-  // In counts, the middle of the range is nearer to zero force than 0 is; beside iron, it is also
-  // nearer to zero field.
+  // For counts, zero force is nearer to the middle of the readings' range than to 0; so is zero
+  // field if iron is near.
   const bool is_centred = !stream.unit.is_counts && stream.triad == Triad::kAccelerometer;
   const Eigen::Vector3d zero =
       is_centred ? Eigen::Vector3d(Eigen::Vector3d::Zero())
@@ -114,7 +114,7 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
   return turns;
 }
 
-// The turns over pieces of that length which gives the most turns.
+// The turns over pieces of one length: that length of kPiecesS which gives the most turns.
 std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& stream) {
   std::vector<SeenTurn> most;
   for (const double piece_s : kPiecesS) {
@@ -125,7 +125,8 @@ std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& s
   return most;
 }
 
-// Median angle to gravity after the turns, if a raw unit of each axis is `truth_per_raw` rad/s.
+// Median angle between gravity measured after a turn and predicted by it, if a raw unit of each
+// axis is `truth_per_raw` rad/s.
 double TurnErrorAt(const std::vector<SeenTurn>& turns,
                    const Eigen::Vector3d& bias_raw,
                    const Eigen::Vector3d& truth_per_raw) {
@@ -148,8 +149,8 @@ struct Explanation {
   double error = kExplainedRad;
 };
 
-// Factors of other known units for the stated one, of that conversion done twice, and of shifted
-// decimal points.
+// Factors by which readings may be wrong: another known unit was stated, readings were converted
+// twice, or a decimal point was shifted.
 std::vector<double> FactorsOf(const Unit& stated) {
   std::vector<double> factors = {1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3};
   for (const double truth_per_raw : KnownUnitsOf(Triad::kGyroscope)) {

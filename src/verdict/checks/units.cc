@@ -19,15 +19,16 @@
 namespace truetriad {
 namespace {
 
-// Largest factor of a gain's error by manufacture and mounting; soft iron rarely exceeds it.
+// Manufacture and mounting change a gain by less than this factor; soft iron rarely exceeds it.
 constexpr double kMostGain = 1.3;
-// Gain factor of a magnetometer with `units: trust` beyond which there is a warning.
+// With `units: trust`, there is a warning if a magnetometer's gain is wrong by a larger factor.
 constexpr double kOddGain = 5.0;
-// Gain of one axis over the other two: manufacture, and nearly all soft iron, stay below it.
+// Largest ratio of one axis' gain to the other two: manufacture and nearly all soft iron stay
+// below.
 constexpr double kOddAxis = 1.6;
 // Soft iron does not cause a gain of three times the other axes'.
 constexpr double kWrongAxis = 3.0;
-// Largest factor of the length of readings over gravity by bias and the hand's accelerations.
+// Bias and a hand's accelerations make readings at most this factor longer or shorter than gravity.
 constexpr double kMostForce = 3.0;
 // A unit is recognised within this factor.
 constexpr double kUnitFactor = 1.25;
@@ -35,9 +36,9 @@ constexpr double kUnitFactor = 1.25;
 constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
 // A field within this factor of the above limits is a warning only.
 constexpr double kIndoors = 2.0;
-// Field assumed when a unit is recognised; an error of a factor of two changes no unit.
+// Field that is assumed to recognise a unit; a field that is half or double would change no unit.
 constexpr double kTypicalFieldUt = 50.0;
-// Slower sampling cannot follow the turns of a hand; no gyroscope is sampled faster.
+// Below the first rate readings cannot follow the turns of a hand; no gyroscope exceeds the second.
 constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
 // Nobody turns a unit to several attitudes with a rest in each in a shorter time.
 constexpr double kShortestRecordingS = 10.0;
@@ -47,12 +48,12 @@ constexpr double kEndlessRestS = 600.0;
 constexpr std::size_t kManyRests = 6;
 // The range of temperatures of electronics, with a margin.
 constexpr double kColdestDegc = -100.0, kHottestDegc = 200.0;
-// Lengths that scatter less are computed ones: a hundredth of the scatter of the best raw sensors
-// by noise, bias and gains.
+// Lengths that scatter by less were normalised: even the best raw sensors scatter a hundred times
+// as much by noise, bias and gains.
 constexpr double kConstantLength = 1e-4;
-// The limit for rounded readings, ten times as much.
+// If readings are rounded coarsely, the limit rises up to this, ten times as much.
 constexpr double kRoundedLength = 1e-3;
-// Least range of each axis, as a share of the length, for readings that turn.
+// Readings turn if the range of each axis is at least this share of their length.
 constexpr double kTurnedShare = 0.5;
 
 struct KnownUnit {
@@ -119,7 +120,7 @@ std::optional<Finding> WhyFieldIsNotAsStated(const CalibrateOptions& options) {
                  "reference.field.strength_ut is " + StrengthText(*field.value) +
                      Format(", but the Earth's field is %g", kWeakestFieldUt) +
                      Format(" to %g uT", kStrongestFieldUt) + guess,
-                 "state it in uT; in coils, or for a normalised result, `units: trust`")
+                 "state it in uT; for a field of coils, or a normalised one, set `units: trust`")
       .About(Triad::kMagnetometer)
       .With("strength", *field.value, "uT");
 }
@@ -131,8 +132,8 @@ bool AreRestsEndless(const PoseSet& poses) {
   return durations_s.size() >= kManyRests && Median(std::move(durations_s)) > kEndlessRestS;
 }
 
-// " (ms as s?)": the first unit with a plausible sampling rate and duration of rests and turns; ""
-// if there is none.
+// " (ms labelled s?)": the first unit with a plausible sampling rate and duration of rests and
+// turns; "" if there is none.
 std::string TimeGuess(double rate_hz, double duration_s) {
   // Range of rates at which inertial sensors are logged.
   constexpr double kLowHz = 5.0, kHighHz = 1e4;
@@ -144,10 +145,10 @@ std::string TimeGuess(double rate_hz, double duration_s) {
     if (rate_hz < kSlowestHz && rate_hz * factor > kLowHz) {
       const bool is_likely =
           rate_hz * factor < kHighHz && duration_s / factor > kShortestRecordingS;
-      return is_likely ? " (" + name + " as s?)" : "";
+      return is_likely ? " (" + name + " labelled s?)" : "";
     }
     if (rate_hz > kFastestHz && rate_hz / factor < kHighHz) {
-      return rate_hz / factor > kLowHz ? " (s as " + name + "?)" : "";
+      return rate_hz / factor > kLowHz ? " (s labelled " + name + "?)" : "";
     }
   }
   return "";
@@ -271,7 +272,7 @@ std::optional<Finding> WhyNotRaw(const PoseSet& poses, Triad triad) {
   return Finding(FindingCode::kNotRaw,
                  std::string(TriadName(triad)) +
                      Format(": most readings have the same length, %.6g ", half.length) +
-                     stream.unit.name + Format(" within a share of %.1e", half.scatter) +
+                     stream.unit.name + Format(" to within %.1e of it", half.scatter) +
                      ", in all directions: they were normalised, so bias and gains are lost",
                  "record the sensor's raw readings")
       .About(triad)
@@ -311,7 +312,7 @@ std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitiv
   }
   const double times = std::max(odd, 1.0 / odd);
   if (times < kOddAxis) return std::nullopt;
-  // No iron distorts the field of an accelerometer or a gyroscope.
+  // Iron distorts only the readings of a magnetometer.
   const bool is_wrong = triad != Triad::kMagnetometer || times > kWrongAxis;
   Finding finding(FindingCode::kOddGain,
                   "the " + std::string(TriadName(triad)) + "'s " + "xyz"[axis] +
@@ -319,8 +320,8 @@ std::optional<Finding> WhyAxisIsOdd(Triad triad, const Eigen::Matrix3d& sensitiv
                   is_wrong
                       ? "check that its column has the unit of the others; `units: trust` takes "
                         "it as it is"
-                      : "check that its column has the unit of the others, and for iron on "
-                        "the unit");
+                      : "check that its column has the unit of the others, and look for "
+                        "iron on the device");
   if (is_wrong) finding.As(Severity::kRefusal);
   return finding.About(triad).With("gain", odd);
 }

@@ -13,18 +13,18 @@
 
 namespace truetriad {
 
-// The unit or device whose one raw unit is `truth_per_raw` true units, within a quarter: "deg/s".
-// Unset if there is none, or if it is that of `stated`.
+// The known unit, or count of a usual range, that is `truth_per_raw` true units within 25 %:
+// "deg/s". Unset if there is none, or if it is `stated`.
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated);
 
 // True units per raw unit, for all known units of a sensor.
 std::vector<double> KnownUnitsOf(Triad triad);
 
-// Why the recording cannot be calibrated as stated, before any fit: an impossible field, clock,
-// temperature or turn; normalised readings.
+// Why the recording cannot be calibrated as stated: normalised readings, or an impossible
+// temperature, force, field, sampling rate or turn. No fit is needed for this.
 std::optional<Finding> WhyNotAsStated(const PoseSet& poses, const CalibrateOptions& options);
 
-// The check of turns alone: those of the gyroscope against those of gravity, or of the field.
+// The check of turns alone, which compares the gyroscope's turns with those of gravity or field.
 std::optional<Finding> WhyTurnsAreNotAsStated(const PoseSet& poses,
                                               const CalibrateOptions& options);
 

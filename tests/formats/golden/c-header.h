@@ -4,9 +4,9 @@
  * accelerometer: readings in counts, result in m/s^2.
  * gyroscope: readings in counts, result in rad/s.
  * magnetometer: readings in counts, result in uT.
- * accelerometer: error of at most 1.9e-06 m/s^2 (RMS 5.9e-07) of 9.807, 0.0039 sigma.
- * gyroscope: error of at most 5.1e-07 rad/s (RMS 2.2e-07) of 3.142.
- * magnetometer: error of at most 8.2e-06 uT (RMS 3.1e-06) of 48.
+ * accelerometer: error of at most 1.9e-06 m/s^2 (RMS 5.9e-07) at a signal of 9.807, 0.0039 sigma.
+ * gyroscope: error of at most 5.1e-07 rad/s (RMS 2.2e-07) at a signal of 3.142.
+ * magnetometer: error of at most 8.2e-06 uT (RMS 3.1e-06) at a signal of 48.
  *
  * truth = C(u) (raw - b(u)), for the gyroscope C(u) (raw - b(u) - G force),
  * u = (clamp(temperature, low, high) - reference) * per_degc. C99 or C++.

@@ -4,9 +4,9 @@
 // accelerometer: readings in counts, result in g.
 // gyroscope: readings in counts, result in deg/s.
 // magnetometer: readings in counts, result in uT.
-// accelerometer: error of at most 0.13 m/s^2 (RMS 0.062) of 9.807, 2.7e+02 sigma.
-// gyroscope: error of at most 0.00011 rad/s (RMS 0.0001) of 3.142.
-// magnetometer: error of at most 8.2e-06 uT (RMS 3.1e-06) of 48.
+// accelerometer: error of at most 0.13 m/s^2 (RMS 0.062) at a signal of 9.807, 2.7e+02 sigma.
+// gyroscope: error of at most 0.00011 rad/s (RMS 0.0001) at a signal of 3.142.
+// magnetometer: error of at most 8.2e-06 uT (RMS 3.1e-06) at a signal of 48.
 // accelerometer: dropped: thermal terms of the matrix; used the values at 25 degC.
 // accelerometer: dropped: thermal terms of the bias; used the values at 25 degC.
 // gyroscope: dropped: g-sensitivity.

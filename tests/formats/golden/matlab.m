@@ -4,9 +4,9 @@
 % accelerometer: readings in counts, result in m/s^2.
 % gyroscope: readings in counts, result in rad/s.
 % magnetometer: readings in counts, result in uT.
-% accelerometer: error of at most 0.13 m/s^2 (RMS 0.062) of 9.807, 2.7e+02 sigma.
-% gyroscope: error of at most 1.3e-15 rad/s (RMS 4.3e-16) of 3.142.
-% magnetometer: error of at most 1.8e-14 uT (RMS 9.2e-15) of 48.
+% accelerometer: error of at most 0.13 m/s^2 (RMS 0.062) at a signal of 9.807, 2.7e+02 sigma.
+% gyroscope: error of at most 1.3e-15 rad/s (RMS 4.3e-16) at a signal of 3.142.
+% magnetometer: error of at most 1.8e-14 uT (RMS 9.2e-15) at a signal of 48.
 % accelerometer: dropped: thermal terms of the matrix; used the values at 25 degC.
 % accelerometer: dropped: thermal terms of the bias; used the values at 25 degC.
 accel.input_unit = 'counts';

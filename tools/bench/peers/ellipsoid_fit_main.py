@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs ellipsoid_fit of a checkout of ellipsoid_fit_python on a table of readings.
+"""Runs ellipsoid_fit from a checkout of ellipsoid_fit_python on a table of readings.
 
     ellipsoid_fit_main.py CHECKOUT TABLE OUT.json [SENSOR ROWS]
 
-TABLE has x y z a row, magnetometer readings; with SENSOR and ROWS it is a CSV with a header line, and
-each ROWS rows are averaged to one pose first. The ellipsoid (centre, axes, radii) becomes bias and the symmetric correction
-that makes the ellipsoid a sphere of the mean radius, as its own sample script does it.
+TABLE has magnetometer readings, x y z in each row. With SENSOR and ROWS, TABLE is a CSV with a
+header line, and each ROWS rows are first averaged to one pose. The centre of the ellipsoid is the
+bias. Its axes and radii give the symmetric correction to a sphere of the mean radius, as in the
+checkout's sample script.
 """
 import json
 import sys

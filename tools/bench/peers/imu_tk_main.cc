@@ -3,10 +3,10 @@
 //
 //   imu_tk_main ACC GYRO INITIAL_REST_S GRAVITY_MPS2 ACC_OFFSET GYRO_SCALE OUT_ACC OUT_GYRO
 //
-// ACC_OFFSET in counts and GYRO_SCALE in rad/s per count are the start values in the source of its
-// example, apps/test_imu_calib.cpp. That example plots, and waits for a key; the functions for both
-// do nothing here, so that imu_tk needs no Qt and no OpenGL. Compiled by tools/bench/peers.sh with
-// the sources of a checkout, none of which are in this file.
+// ACC_OFFSET in counts and GYRO_SCALE in rad/s per count are start values, such as those in
+// imu_tk's example apps/test_imu_calib.cpp. Here imu_tk's functions that plot and wait for a key do
+// nothing, so that it needs no Qt and no OpenGL. tools/bench/peers.sh compiles this file with the
+// sources of a checkout; none of them are in this file.
 #include <cstdlib>
 #include <iostream>
 #include <vector>
@@ -34,9 +34,9 @@ void waitForKey() {}
 
 namespace {
 
-// imu_tk's setter of the initial rest is declared to return a value but returns none; optimised by
-// g++, it runs on into the next function. So the private member is set directly, which an explicit
-// instantiation may do.
+// imu_tk's setter of the initial rest is declared to return a value but returns none. If g++
+// optimises it, it runs on into the next function. So the private member is set directly, to which
+// an explicit instantiation has access.
 void SetInitialRest(imu_tk::MultiPosCalibration& calibration, double duration_s);
 template <double imu_tk::MultiPosCalibration::*member>
 struct InitialRest {

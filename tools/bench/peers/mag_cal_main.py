@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs the calibration of a checkout of CircuitPython_mag_cal on a table of poses.
+"""Runs the calibration from a checkout of CircuitPython_mag_cal on a table of poses.
 
     mag_cal_main.py CHECKOUT TABLE OUT.json
 
-TABLE has accel_x y z and mag_x y z a row below one header line, in device axes. The routine is
-AXIS_CORRECTION: an ellipsoid a sensor, then both turned so that poses rolled about the instrument's
-y axis agree. It multiplies rows by its matrix from the right; OUT.json has the transposed one.
+TABLE has a header line, then accel_x y z and mag_x y z in each row, in device axes. The routine is
+AXIS_CORRECTION: it fits an ellipsoid to each sensor, then turns both sensors so that poses rolled
+about the instrument's y axis agree. mag_cal multiplies a row by its matrix; OUT.json has the
+transposed matrix.
 """
 import json
 import sys

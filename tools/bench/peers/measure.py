@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs commands in turns, A B C A B C…, and prints the median of each one's CPU and wall time.
+"""Runs commands in turns, A B C A B C…, and prints the medians of each command's times and memory.
 
     measure.py --runs=25 "NAME: COMMAND" "NAME: COMMAND"…
 
-One line a command, tab-separated: name, CPU (user and system) in ms, wall in ms, peak resident
-memory in MB. Each turn is a whole process, with one run of each before to fill the page cache. A
-command in brackets, `(NAME): …`, may fail; any other failure ends the measurement with exit code 1.
+Prints one tab-separated line per command: name, CPU (user and system) in ms, wall in ms, peak
+resident memory in MB. Each run is a whole process. A first run of each command fills the page cache
+and does not count. A command whose name is in brackets, `(NAME): …`, may fail; any other failure
+gives exit code 1.
 """
 import argparse
 import os

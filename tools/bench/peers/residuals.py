@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What a calibration leaves of a recording, by the same measure whoever made the calibration.
+"""Prints the residuals of a recording after a calibration, by one measure for all calibrators.
 
     residuals.py pair FOLDER CALIBRATION     the Xsens pair: rests and turns
-    residuals.py joint TABLE CALIBRATION     accelerometer and magnetometer, a row a pose
-    residuals.py field TABLE CALIBRATION     magnetometer alone, a row a reading
-    residuals.py poses TABLE CALIBRATION     accelerometer alone, 100 rows a pose
+    residuals.py joint TABLE CALIBRATION     accelerometer and magnetometer, one row per pose
+    residuals.py field TABLE CALIBRATION     magnetometer alone, one row per reading
+    residuals.py poses TABLE CALIBRATION     accelerometer alone, 100 rows per pose
 
-A CALIBRATION is truetriad's calibration.json, a file of the same `sensors: NAME: {bias, correction}`
-that a driver beside this script wrote, or imu_tk's two files as ACC,GYRO.
+A CALIBRATION is truetriad's calibration.json, a file with the same `sensors: NAME: {bias,
+correction}` that a driver beside this script wrote, or imu_tk's two files as ACC,GYRO.
 
-pair: RMS over rests of |C (mean − b)| − g in mm/s², and RMS over turns of the angle between the
-gravity that the gyroscope predicts after the turn and that which the accelerometer sees, in degrees.
-The rests are those of the recording's reference.json, found by none of the programs compared.
-joint: RMS of |v| / mean |v| − 1 of each sensor in per cent, and the standard deviation of the angle
-between the two in degrees. field, poses: the first of these.
+pair: RMS over rests of |C (mean − b)| − g in mm/s²; and RMS over turns of the angle, in degrees,
+between gravity as the gyroscope predicts it after the turn and gravity as the accelerometer reads
+it. The rests are those of the recording's reference.json; none of the compared programs found them.
+joint: RMS of |v| / mean |v| − 1 for each sensor in per cent, and the standard deviation of the
+angle between the two vectors in degrees. field, poses: that RMS alone.
 """
 import csv
 import json
@@ -49,7 +49,7 @@ def rms(values):
 
 
 def imu_tk_triad(path):
-    """bias and correction of an imu_tk file: misalignment T, scale K and bias, X' = T K (X − B)."""
+    """Bias and correction T K from an imu_tk file with misalignment T, scale K, bias B: X' = T K (X − B)."""
     with open(path, encoding="utf-8") as file:
         numbers = [float(word) for word in file.read().split()]
     rows = [[numbers[3 * i + j] * numbers[9 + 4 * j] for j in range(3)] for i in range(3)]
@@ -65,7 +65,7 @@ def sensors_of(path):
 
 
 def corrected(sensor, reading, force=None):
-    """truth = C (raw − b − G force); force [m/s²] matters to a gyroscope with g-sensitivity."""
+    """truth = C (raw − b − G force). force [m/s²] is used only for a gyroscope with g-sensitivity G."""
     drift = times(sensor["g_sensitivity"], force) if force and "g_sensitivity" in sensor else (0, 0, 0)
     return times(
         sensor["correction"], [y - b - d for y, b, d in zip(reading, sensor["bias"], drift)]
@@ -73,7 +73,7 @@ def corrected(sensor, reading, force=None):
 
 
 def turned_back(vector, rate, dt):
-    """A fixed direction as the body sees it after turning by rate · dt (Rodrigues)."""
+    """A fixed direction in the body frame, after the body has turned by rate · dt (Rodrigues)."""
     angle = norm(rate) * dt
     if angle == 0:
         return vector

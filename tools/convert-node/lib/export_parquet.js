@@ -11,11 +11,11 @@ const { Refusal, printable } = require('./frames.js');
 
 const kProgram = 'truetriad-export-parquet';
 const kCellsAGroup = 1 << 19;
-const kMostRows = 10_000; // Rows of a row group.
+const kMostRows = 10_000; // Most rows of a row group.
 const kValues = {
   STRING: (value) => value,
   DOUBLE: (value) => value,
-  INT64: (value) => BigInt(value), // Text, since JSON's numbers cannot hold all.
+  INT64: (value) => BigInt(value), // In JSON an INT64 is a text, since JSON's numbers cannot hold every one.
   TIMESTAMP: (value) => new Date(value),
 };
 
@@ -35,7 +35,7 @@ function readColumns(line, file) {
   try {
     columns = JSON.parse(line);
   } catch {
-    // A line that is no JSON is rejected below, like a line without columns.
+    // A line that is not JSON is rejected below, as a line without columns is.
   }
   const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
   if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Lines for the pipe: a letter, then JSON, or the numbers of a row. E: an error, N: a note for the
-// user, O: a line of --list, T: a table, W: a row, M: a manifest, X: the end.
+// Lines for the pipe: a letter, then either JSON or the numbers of a row. E: an error, N: a note for
+// the user, O: a line of --list, T: a table, W: a row, M: a manifest, X: the end.
 
 const fs = require('fs');
 
 const kPipe = 3;
 const kWrittenAtOnce = 1 << 18;
 const kLastTimeNs = (1n << 63n) - 1n;
-// A clock does not step by more (one day): such a step is damage.
+// A step of the clock by one day or more is damage.
 const kLongestJumpNs = 86_400_000_000_000n;
-// An interval at 5 Hz (0.2 s) with a tenth of it as tolerance.
+// A longer interval means a rate below 5 Hz: 0.2 s, plus a tenth as tolerance.
 const kLongStepNs = 220_000_000n;
 
 let waiting = '';
@@ -52,7 +52,7 @@ function sendText(kind, text) {
 
 const send = (kind, value) => sendText(kind, JSON.stringify(value));
 
-/** A time limited to 64 bits, which a damaged one may exceed. */
+/** Limits a time to 64 bits, which a damaged time may exceed. */
 function clamped(timeNs) {
   return timeNs > kLastTimeNs ? kLastTimeNs : timeNs < -kLastTimeNs ? -kLastTimeNs : timeNs;
 }
@@ -62,7 +62,7 @@ const print = (line) => send('O', line);
 
 let tables = 0;
 
-/** The shortest digits that read back to the same float32. */
+/** Nine digits, which read back to the same float32. */
 const float32 = (value) => value.toPrecision(9);
 
 /** The CSV of one triad. */
@@ -73,7 +73,7 @@ class Table {
     this.triad = about.triad;
     this.text = isFloat32 ? float32 : String;
     this.rows = 0;
-    this.longSteps = 0; // Intervals of rows slower than 5 Hz.
+    this.longSteps = 0; // Intervals of a rate below 5 Hz.
     this.lastNs = null;
     send('T', about);
   }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Reads Parquet tables with column names of a self-describing CSV, "accel_x[m/s^2]", or with such
-// names given by --columns. One row group is in memory at a time.
+// Reads Parquet tables. Columns have the names of a self-describing CSV, "accel_x[m/s^2]", or
+// --columns gives them such names. One row group is in memory at a time.
 
 const fs = require('fs');
 const path = require('path');
@@ -14,7 +14,7 @@ const kMostRows = 1 << 24; // Largest row group that is decoded.
 // A damaged page can make the decoder loop forever, so it is stopped after a time.
 const kLongestMs = 15_000;
 const kLongestMsPerRow = 0.03;
-const kMostEndless = 3; // Stopped row groups before the rest is skipped.
+const kMostEndless = 3; // After this many stopped row groups, the rest is skipped.
 const kTooLong = 'takes too long';
 const kPrefixes = { accel: 'accelerometer', gyro: 'gyroscope', mag: 'magnetometer' };
 const kUnits = {
@@ -24,7 +24,7 @@ const kUnits = {
 };
 const kNs = { s: 1e9, ms: 1e6, us: 1e3, ns: 1 };
 
-/** The decoder of a file; call `open` again after it has ended. */
+/** The decoder of a file. If its worker has ended, `group` starts another. */
 class Decoder {
   constructor(file) {
     this.file = file;
@@ -58,7 +58,7 @@ class Decoder {
     });
   }
 
-  /** Resolves to { columns } or { error } for a row group of so many rows; the decoder keeps running. */
+  /** Resolves to { columns } or { error } for row group number `group`, which has `rows` rows. */
   async group(group, rows, columns) {
     if (!this.worker) await this.open();
     this.worker.postMessage({ group, columns });
@@ -67,7 +67,7 @@ class Decoder {
   }
 
   close() {
-    this.worker?.on('error', () => {}); // It may fail while it is terminated.
+    this.worker?.on('error', () => {}); // The worker may fail while it is terminated.
     this.worker?.terminate();
     this.worker = null;
   }
@@ -89,7 +89,7 @@ function leaves(schema) {
   return found;
 }
 
-/** The parts of a column's name: { role, triad?, axis?, unit }; null if it is no recording's. */
+/** The parts of a column's name: { role, triad?, axis?, unit }; null: no column of a recording. */
 function meaning(name, isTime) {
   const match = /^([a-z_]+)(?:\[([^\]]+)\])?$/.exec(name);
   if (!match) return null;
@@ -187,7 +187,7 @@ function addRows(columns, rows, map, tables) {
     if (map.temperature?.unit === 'K') degrees -= 273.15;
     for (const [table, x, y, z] of axes) {
       const [a, b, c] = [toNumber(x(row)), toNumber(y(row)), toNumber(z(row))];
-      // A sensor slower than the others has no reading in this row.
+      // A sensor that is slower than the others may have no reading in this row.
       if (a === null && b === null && c === null) continue;
       table.add(timeNs, a ?? NaN, b ?? NaN, c ?? NaN, degrees);
     }

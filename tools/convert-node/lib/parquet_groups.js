@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// A worker that decodes one row group of a Parquet file at a time. Its memory limit is its own, so
-// that a damaged size ends the worker and not the program.
+// A worker that decodes one row group of a Parquet file at a time. It has a memory limit of its
+// own, so that a damaged size ends the worker and not the program.
 
 const zlib = require('zlib');
 const { parentPort, workerData } = require('worker_threads');
 
 const kLargestPage = 1 << 28;
 
-/** A decompressor that accepts no size beyond that of a page. */
+/** Lets `decompress` refuse a size that is too large for a page. */
 function limited(decompress) {
   return (bytes, size) => {
     if (size > kLargestPage) throw new RangeError('a page is too large');
@@ -27,7 +27,7 @@ async function main() {
     BROTLI: limited((bytes, size) => zlib.brotliDecompressSync(bytes, { maxOutputLength: Math.max(size, 1) })),
     ZSTD: limited((bytes, size) => zstd.decompress(bytes, size)),
   };
-  // Times stay integers of their unit; a Date would lose digits below a millisecond.
+  // Times become integers in ns; a Date would lose digits below a millisecond.
   const parsers = {
     timestampFromMilliseconds: (value) => BigInt(value) * 1_000_000n,
     timestampFromMicroseconds: (value) => BigInt(value) * 1000n,

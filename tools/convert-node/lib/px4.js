@@ -11,9 +11,9 @@ const kInvalidRelativeTime = 0x7fffffff;
 const kSlowestHz = 5;
 // Drivers before these releases (ver_sw_release) corrected readings by CAL_* before publishing them.
 const kDriversCorrectBefore = { accelerometer: 0x010b0000, gyroscope: 0x010b0000, magnetometer: 0x010c0000 };
-// Development versions of 1.11.0, in which drivers may or may not correct.
+// Development versions of 1.11.0: their drivers may or may not correct.
 const kEitherOf = [0x010b0000, 0x010b00ff];
-const kHowToLog = 'SDLOG_MODE 2 logs unarmed, and sensor comparison in SDLOG_PROFILE raw readings at 10 Hz';
+const kHowToLog = 'SDLOG_MODE 2 logs unarmed; sensor comparison in SDLOG_PROFILE logs raw readings at 10 Hz';
 
 /** The streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
 const kTopics = {
@@ -46,7 +46,7 @@ function decoder(subscription, stream) {
     const at = 2 + found.at + i * found.step;
     return at + found.step <= message.length ? Number(found.read(message, at)) : NaN;
   };
-  // A combined topic states its sensors' times relative to its own.
+  // A combined topic states the times of its sensors relative to its own time.
   const isCombined = fields.has('accelerometer_timestamp_relative');
   const times = [isCombined ? null : field('timestamp_sample'), field('timestamp')].filter((time) => time?.step === 8);
   if (times.length === 0) return null;
@@ -71,7 +71,7 @@ function decoder(subscription, stream) {
     decode.axes = [0, 1, 2].map((i) => reader(array, i));
     return decode;
   }
-  // Drivers of old firmware corrected readings; the counts beside them are the chip's output.
+  // Drivers of old firmware corrected x, y, z; the counts logged beside them are the chip's output.
   const raw = stream.fields.map((name) => field(`${name}_raw`));
   const plain = stream.fields.map((name) => field(name));
   const found = raw.every((axis) => axis) ? raw : plain;
@@ -95,7 +95,7 @@ function decoder(subscription, stream) {
   return decode;
 }
 
-/** Moments of a chip's counts and of x, y, z, which its driver rotated and corrected. */
+/** Moments of a chip's counts, and of x, y, z, which the driver computed from the counts: rotated and corrected. */
 class ChipMoments {
   constructor(decode) {
     this.readers = [...decode.axes, ...decode.turned];
@@ -136,9 +136,9 @@ class ChipMoments {
     return axes === 3 ? sum / axes : NaN;
   }
 
-  /** The one of `rotations` from the chip's axes to those of x, y, z; null: the rows do not determine it. */
+  /** The rotation of `rotations` from the chip's axes to those of x, y, z; null: the rows do not determine it. */
   turn(rotations) {
-    // Any other rotation differs by 45 degrees or more: squares of 1/2, 1/2 and 1 have the mean 2/3.
+    // A wrong rotation is off by 45 degrees or more: its squared correlations, 1/2, 1/2 and 1, have the mean 2/3.
     const kAgrees = 0.8;
     const agreements = rotations.map((rotation) => this.agreement(rotation));
     const best = agreements.indexOf(Math.max(...agreements));
@@ -146,7 +146,7 @@ class ChipMoments {
   }
 }
 
-/** Adds a row to the moments of its subscription, if it has both: Map(message id -> ChipMoments). */
+/** Adds a row to `moments`, Map(message id -> ChipMoments), if its topic has both counts and x, y, z. */
 function takeMoments(moments, subscription, message) {
   const id = message.readUInt16LE(0);
   if (!moments.has(id)) {
@@ -183,8 +183,8 @@ function list(log) {
 }
 
 /**
- * Of two topics of the same sensor (by device id, else by instance) keeps the one with every reading, in the
- * recording of the other. A log may have FIFOs of only some sensors, with numbers of their own.
+ * If a sensor (by device id, otherwise by instance) has two topics, keeps only its FIFO, which has every reading, in
+ * the recording of the other topic. A log may have FIFOs of only some sensors; they are numbered on their own.
  */
 function withEachReading(raw) {
   const isSame = (fifo, { name, device, instance }) => fifo.name === `${name}_fifo` &&
@@ -261,7 +261,7 @@ const kSensors = {
 };
 
 /**
- * The parameter set of each of `devices`: the one with its number, else the first without a number, else
+ * The parameter set of each of `devices`: the set with its ID, otherwise the first set without an ID, otherwise
  * -1. PX4: src/lib/sensor_calibration/Utilities.cpp (FindAvailableCalibrationIndex).
  */
 function slotsOf(parameters, prefix, devices) {
@@ -296,13 +296,13 @@ function magnetometerTurn({ parameters, latest, changed }, device, slot, rotatio
   if (number === -1) return rotations[0]; // The sensor is on the board.
   const board = boardRotation(parameters, rotations);
   const sensor = number === kCustomRotation ? eulerRotation(latest, angles) : rotations[number];
-  // Both rotations are into the body's axes.
+  // Both rotations lead into the vehicle's axes.
   return sensor && board ? product([0, 1, 2].map((i) => sensor.map((row) => row[i])), board) : undefined;
 }
 
 /**
- * The firmware's correction of the primary sensor of `triad`, as after `applied.<triad>:`; 'unknown' if
- * its parameters do not determine it. corrected = matrix · ((reading − offset) ∘ scale).
+ * The firmware's correction of the primary sensor of `triad`, as after `applied.<triad>:`; 'unknown' if the
+ * log's parameters do not determine it. corrected = matrix · ((reading − offset) ∘ scale).
  */
 function applied(log, triad, rotations) {
   const { parameters, changed } = log;
@@ -351,7 +351,7 @@ function appliedByDriver({ parameters, changed, info }, triad, device) {
   return isTold ? said[0] : 'unknown';
 }
 
-/** The correction of readings in the board's axes that were rotated by `turn`, if any, and then corrected by `map`. */
+/** The correction, in the board's axes, of readings that were rotated by `turn` (if set), then corrected by `map`. */
 function afterTurn(turn, map) {
   if (!turn || !turn.some((row, i) => row[i] !== 1)) return map;
   if (map === undefined) return { matrix: turn };
@@ -367,7 +367,7 @@ function appliedText(map) {
   return `\n${Object.entries(map).map(([key, value]) => `    ${key}: ${JSON.stringify(value)}\n`).join('')}`;
 }
 
-/** The streams to write: one for each sensor of each chosen topic. `slots`: of magnetometers. */
+/** The streams to write: one for each sensor of each chosen topic. `slots`: the magnetometers' parameter sets. */
 function openStreams(log, topics, slots, moments, rotations) {
   const opened = new Map(); // message id -> streams
   for (const topic of topics) {
@@ -395,7 +395,7 @@ function openStreams(log, topics, slots, moments, rotations) {
   return opened;
 }
 
-/** Takes `device` as the id of `entry` after two equal rows, since damage hardly gives the same id twice. */
+/** Takes `device` as the id of `entry` if two successive rows state it, since damage hardly gives an id twice. */
 function takeDevice(entry, device) {
   if (device > 0 && device === entry.deviceBefore) {
     entry.device ??= device;
@@ -452,7 +452,7 @@ function takeRow(entry, message) {
   table.add(timeNs, x, y, z, decode.temperature ? decode.temperature(message) : NaN);
 }
 
-/** Advice for readings of too low a rate: what to log or convert instead; empty if the rate suffices. */
+/** If the rate of readings is too low: advice on what to log or convert instead; otherwise empty. */
 function tooSlow(log, entries, rotations) {
   const slow = entries.filter(({ table }) => 2 * table.longSteps > table.rows - 1);
   if (slow.length === 0) return '';
@@ -464,7 +464,7 @@ function tooSlow(log, entries, rotations) {
     (faster ? `; ${faster.name} has ${faster.rows} rows, corrected by the firmware: --topic=${faster.name}` : '');
 }
 
-/** The device ids of a recording's sensors, from their topics or of the primary sensor. */
+/** The device ids of a recording's sensors: from their topics, or, if firmware corrected them, of the primary sensor. */
 function deviceIds(log, entries) {
   const ids = {};
   for (const { table: { triad }, device, applied: map } of entries) {
@@ -475,7 +475,7 @@ function deviceIds(log, entries) {
   return ids;
 }
 
-/** Sends the manifest of the sensors of `instance`; `devices`: those of the log by kind. */
+/** Sends the manifest of the sensors of `instance`. `devices`: the log's device ids by kind of sensor. */
 function sendManifest(log, instance, entries, devices) {
   const source = {};
   if (log.text('ver_sw')) source.firmware = log.text('ver_sw');
@@ -495,8 +495,8 @@ function sendManifest(log, instance, entries, devices) {
   for (const { table: { triad } } of entries) {
     if (!ids[triad] && log.latest.get(`CAL_${kSensors[triad].name}${instance}_ID`)) slots[triad] = -1;
   }
-  // Temperature terms that enabling this sensor's would activate: its own, and those of sensors
-  // that are not in the log. (Terms of other sensors in the log are stated with those sensors.)
+  // If this sensor's temperature terms are enabled, these sets become active: its own, and those of
+  // sensors that are not in the log. (Sets of other sensors in the log are stated with them.)
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
     const { thermal } = kSensors[triad];
     const id = log.latest.get(`${thermal}${n}_ID`);
@@ -531,11 +531,11 @@ async function run(options) {
     const instances = [...new Set(topics.map((topic) => topic.recording))];
     topics = topics.filter((topic) => topic.recording === options.instance);
     if (topics.length === 0) {
-      throw new Refusal(`--instance=${options.instance}: there are ${instances.join(', ')}`, 'invalid-argument');
+      throw new Refusal(`--instance=${options.instance}: no such instance; there are ${instances.join(', ')}`, 'invalid-argument');
     }
   }
   const opened = openStreams(log, topics, slotsOf(log.latest, 'CAL_MAG', devices.magnetometer), moments, options.rotations);
-  // The second pass: its definitions are the same, and so are the accepted messages.
+  // The second pass accepts the same messages, since its definitions are the same.
   const again = new Ulog(options.input);
   again.read((subscription, message) => {
     for (const entry of opened.get(message.readUInt16LE(0)) ?? []) takeRow(entry, message);
@@ -549,21 +549,21 @@ async function run(options) {
     const { thermal } = kSensors[table.triad];
     const terms = [0, 1, 2, 3].find((n) => device && log.latest.get(`${thermal}${n}_ID`) === device);
     if (log.latest.get(`${thermal}_ENABLE`) === 1 && kRawTopics.includes(topic.name) && terms !== undefined) {
-      parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE), which exported parameters replace (${thermal}${terms}_ID)`);
+      parts.push(`not corrected by the vehicle's temperature calibration (${thermal}_ENABLE); exported parameters replace this calibration (${thermal}${terms}_ID)`);
     }
     if (repeated > 0) parts.push(`${count(repeated, 'repeated reading', 'repeated readings')} left out`);
-    if (chip && !chip.turn) parts.push("counts of the chip, whose rotation x, y and z do not determine");
-    else if (chip?.turn.some((row, i) => row[i] !== 1)) parts.push('counts of the chip, turned as x, y and z are');
+    if (chip && !chip.turn) parts.push('counts of the chip; x, y and z do not determine its rotation');
+    else if (chip?.turn.some((row, i) => row[i] !== 1)) parts.push('counts of the chip, rotated into the axes of x, y and z');
     if (driver) {
-      const how = `by CAL_${kSensors[table.triad].name}n_*, as those of PX4 before 1.12 do`;
+      const how = `with CAL_${kSensors[table.triad].name}n_*, as drivers of PX4 before 1.12 do`;
       parts.push(driver !== 'unknown' ? `corrected by its driver ${how}`
         : `may be corrected by its driver ${how}; log with PX4 1.12 or later, or with offsets of 0 and scales of 1`);
     } else if (map && turn) parts.push('turned into the axes of the board by CAL_MAGn_ROT');
-    else if (map) parts.push(map === 'unknown' ? 'corrected by the firmware, how is not known' : 'corrected by the firmware with the parameters of the log');
+    else if (map) parts.push(map === 'unknown' ? 'corrected by the firmware in a way that is not known' : 'corrected by the firmware with the parameters of the log');
     if (parts.length > 0) note(`${topic.name}#${topic.instance}, ${table.triad}: ${parts.join('; ')}`);
   }
   if (log.latest.size === 0) {
-    note(`${options.input}: has no parameters, so where the vehicle has these sensors and how they are turned is not known`);
+    note(`${options.input}: has no parameters, so the vehicle's parameter sets for these sensors and the sensors' rotations are not known`);
   }
   const slow = tooSlow(again, entries, options.rotations);
   if (slow) note(slow);

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 'use strict';
 
-// Reads a log for the converter that started it (tools/convert/scripted.cc): the first argument is
-// the request in JSON, and the results are written as lines to a pipe.
+// Reads a log for the converter that starts this script (tools/convert/scripted.cc). The first
+// argument is the request in JSON; the results are written as lines to a pipe.
 
 const { Refusal, end, printable, send } = require('./frames.js');
 
 const kReaders = { ulog: './px4.js', parquet: './parquet.js' };
 
-/** [code of docs/reasons.md, message] */
+/** [code, message] of an error; the code is one of docs/reasons.md. */
 function reasonOf(error) {
   if (error instanceof Refusal) return [error.code, error.message];
   if (String(error.code).endsWith('MODULE_NOT_FOUND')) {
-    return ['missing-program', 'its packages are not installed; build it with tools/build.sh programs, where npm is'];
+    return ['missing-program', 'the packages of the converter are not installed; run tools/build.sh programs where npm is installed'];
   }
   // Errors of the system: the file is missing or not readable.
   if (typeof error.code === 'string' && error.syscall) {

@@ -29,7 +29,7 @@ const kTypes = {
   double: { size: 8, read: (b, at) => b.readDoubleLE(at) },
 };
 
-// Keys of information messages may have characters that fields lack: "perf_counter_preflight-00".
+// Keys of information messages may have characters that no field has: "perf_counter_preflight-00".
 const kInformation = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([!-~]+)$/;
 const kField = /^([a-zA-Z0-9_/]+)(?:\[(\d{1,5})\])? ([a-zA-Z0-9_]+)$/;
 
@@ -52,7 +52,7 @@ class Ulog {
     this.parameters = new Map(); // First values, by which readings were corrected.
     this.latest = new Map(); // Last values, which the vehicle has now.
     this.info = new Map();
-    this.changed = new Set(); // Parameters and information with several values.
+    this.changed = new Set(); // Names of parameters and information that have several values.
     this.damagedBytes = 0;
     this.damagedPlaces = 0;
     this.dropouts = 0;
@@ -86,7 +86,7 @@ class Ulog {
     return layout;
   }
 
-  /** The key of an I, M, P or Q message and the position of its value; null if it has none. */
+  /** The key of an I, M, P or Q message and the position of its value; null if the message has no key. */
   static key(message, at) {
     if (message.length <= at) return null;
     const end = at + 1 + message[at];
@@ -96,8 +96,8 @@ class Ulog {
   }
 
   /**
-   * Whether a message of `type` and `size` may begin with `part`, which is complete or truncated. After a
-   * truncated message the firmware appends data on the crash.
+   * Whether `part` may be a message of `type` and `size`, or the beginning of a truncated one, to which
+   * the firmware appended data on a crash.
    */
   isOne(type, part, size) {
     const isWhole = part.length === size;
@@ -132,7 +132,7 @@ class Ulog {
       case 'C':
         return size >= 11 && (part.length === 0 || isLogLevel(part[0]));
       case 'B':
-        return isWhole && size >= 40 && this.formats.size === 0; // It precedes all other messages.
+        return isWhole && size >= 40 && this.formats.size === 0; // This message precedes all others.
       default:
         return false;
     }
@@ -225,7 +225,7 @@ class Ulog {
         filled += got;
       }
     };
-    /** The acceptable message at `i` of the window that ends before `limit`, if any. */
+    /** The acceptable message that begins at `i` in the window and ends by `limit`; null: none. */
     const messageAt = (i, limit) => {
       if (i + 3 > limit) return null;
       const end = i + 3 + window.readUInt16LE(i);
@@ -235,7 +235,7 @@ class Ulog {
       return this.isOne(type, message, message.length) ? { type, message, end } : null;
     };
 
-    /** The end of a truncated log may look like a message that contains the beginning of another. */
+    /** Refuses a second log in the file. A truncated log may seem to end with a message that contains its beginning. */
     const refuseAnother = () => {
       const next = window.subarray(0, filled).indexOf(kMagic, start === 0 ? kHeaderSize : 0);
       if (next < 0) return;
@@ -272,7 +272,7 @@ class Ulog {
           continue;
         }
       }
-      // A byte may equal a type by chance, so two messages in a row are required.
+      // After damage, a byte may look like a type by chance, so two messages in a row are required.
       const proven = found && (!inDamage || found.type === 'S' || found.end === limit ||
                                messageAt(found.end, limit) !== null);
       if (!proven) {
@@ -294,7 +294,7 @@ class Ulog {
     }
   }
 
-  /** "2 damaged places (113 bytes) were passed over", or an empty text. */
+  /** "2 damaged places (113 bytes) skipped", or an empty text. */
   damage() {
     if (this.damagedPlaces === 0) return '';
     return `${count(this.damagedPlaces, 'damaged place', 'damaged places')} (${this.damagedBytes} bytes) skipped`;

@@ -35,7 +35,7 @@ std::unique_ptr<ByteStream> ByteStream::Of(std::string bytes) {
 }
 
 void ByteStream::Fill(std::size_t count) {
-  // A small file needs only a small buffer; a growing file is read on in chunks of the same size.
+  // A small file needs only a small buffer. If the file grows, the chunks keep their size.
   constexpr std::uint64_t kLeastChunk = std::uint64_t{1} << 12U,
                           kMostChunk = std::uint64_t{1} << 20U;
   const auto chunk = static_cast<std::size_t>(std::clamp(size_, kLeastChunk, kMostChunk));
@@ -49,7 +49,7 @@ void ByteStream::Fill(std::size_t count) {
         std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
     end_ += got;
     if (got == 0) {
-      // The file was truncated meanwhile, or is unreadable: it ends here.
+      // The file was truncated meanwhile, or cannot be read on: it ends here.
       read_failed_ = std::ferror(file_.get()) != 0;
       size_ = position_ + end_;
       break;

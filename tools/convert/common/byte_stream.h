@@ -14,8 +14,8 @@
 
 namespace truetriad::convert {
 
-/// A binary file that is read sequentially with a view of the bytes ahead. Memory depends on the
-/// length of that view, not on the length of the file or on sizes that it states.
+/// A binary file that is read sequentially, with a view of the bytes ahead. The memory depends on
+/// the length of this view, and not on the length of the file or on sizes that the file states.
 class ByteStream {
  public:
   /// Error: missing, unreadable, empty, or not a regular file.
@@ -30,10 +30,10 @@ class ByteStream {
   /// Advances by `count` bytes, or to the end.
   void Skip(std::uint64_t count);
 
-  /// Most bytes that can be viewed ahead; longer records are taken for damage.
+  /// The largest number of bytes that can be viewed ahead; longer records count as damage.
   static constexpr std::size_t kLookAhead = std::size_t{512} << 20U;
 
-  std::uint64_t position() const { return position_; }  ///< Of the next byte.
+  std::uint64_t position() const { return position_; }  ///< Position of the next byte.
   std::uint64_t size() const { return size_; }
   std::uint64_t left() const { return size_ - position_; }
   bool at_end() const { return position_ >= size_; }
@@ -54,14 +54,14 @@ class ByteStream {
   std::uint64_t size_ = 0;
   std::uint64_t position_ = 0;
   std::string buffer_;
-  std::size_t begin_ = 0;  ///< Consumed bytes of the buffer.
+  std::size_t begin_ = 0;  ///< Number of consumed bytes in the buffer.
   std::size_t end_ = 0;    ///< End of the file's bytes in the buffer.
   bool read_failed_ = false;
 };
 
 static_assert(std::endian::native == std::endian::little, "logs are read as little-endian bytes");
 
-/// The little-endian number at byte `offset`, which must be complete.
+/// The little-endian number at byte `offset`. Range: all its bytes are there.
 template <typename T>
 T LoadNumber(std::string_view bytes, std::size_t offset) {
   static_assert(std::is_trivially_copyable_v<T>);

@@ -34,7 +34,8 @@ std::string TakeFlag(std::string_view name, Arguments* arguments) {
   return found == arguments->others.end() ? "" : arguments->others.extract(found).mapped();
 }
 
-/// Error (usage): a flag that does not apply, or a missing one.
+/// Moves the common flags to their members. Error (usage): an invalid number; no input, or too
+/// many; no output.
 Status Check(const Converter& converter, Arguments* arguments) {
   arguments->output = TakeFlag("output", arguments);
   arguments->topics = SplitList(TakeFlag("topic", arguments));
@@ -106,7 +107,7 @@ Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::str
                    {input},
                    "is a folder without any file that ends with " + std::string(ending));
     }
-    // Numerical order: log_10 comes after log_9.
+    // Sorts by number: log_10 comes after log_9.
     std::sort(found.begin(), found.end(), [](const std::string& a, const std::string& b) {
       return a.size() != b.size() ? a.size() < b.size() : a < b;
     });

@@ -18,7 +18,7 @@
 
 namespace truetriad::convert {
 
-/// Thrown when a row is added after a signal to end; incomplete files are then removed.
+/// Thrown at the next row after a signal to end the program; incomplete files are then removed.
 struct Interrupted {};
 
 /// The flags that `truetriad convert` passes on.
@@ -34,25 +34,25 @@ struct Arguments {
 /// One converter program.
 struct Converter {
   std::string_view format;  ///< "dataflash": the program is truetriad-convert-dataflash.
-  std::vector<std::string_view> flags;  ///< Besides --output, --list and --json: "topic".
-  bool takes_several = false;           ///< Several inputs as one recording, separated by commas.
-  /// Converts or lists. Error: usage, or bad input; then nothing is written.
+  std::vector<std::string_view> flags;  ///< In addition to --output, --list and --json: "topic".
+  bool takes_several = false;           ///< Several inputs, separated by commas, are one recording.
+  /// Converts or lists the inputs. Error: usage, or bad input; then nothing is written.
   std::function<Status(const Arguments& arguments)> run = {};
 };
 
 /// The `main` of a converter. Exit code: 0 success, 1 usage, 2 bad input.
 int RunConverter(const Converter& converter, int argc, char** argv);
 
-/// Limits the memory of this process to what files of the sizes of `paths` can need.
+/// Limits the memory of this process to what files as large as those of `paths` can need.
 void BoundMemory(const std::vector<std::string>& paths);
 
-/// The inputs. A single folder is replaced by its files that end with `ending` (".db3"), sorted by
-/// the numbers in their names. Error: a folder without such files.
+/// The input files. A folder is replaced by its files that end with `ending` (".db3"), sorted by
+/// the numbers in their names. Error: a folder has no such file.
 Result<std::vector<std::string>> InputFiles(const Arguments& arguments, std::string_view ending);
 
 /// The items between separators; an empty last item is dropped.
 std::vector<std::string> Split(const std::string& text, char separator);
-/// The number that `text` is; unset if it is anything else.
+/// Parses `text` as a number; unset unless the whole text is one number.
 template <typename Number>
 std::optional<Number> ParseWhole(std::string_view text) {
   Number number{};
@@ -63,9 +63,9 @@ std::optional<Number> ParseWhole(std::string_view text) {
 inline std::optional<std::uint32_t> WholeNumber(std::string_view text) {
   return ParseWhole<std::uint32_t>(text);
 }
-/// "2-4" or "3" as {2, 4} or {3, 3}; unset if the first is 0 or above the second.
+/// "2-4" or "3" as {2, 4} or {3, 3}; unset if the first number is 0 or above the second.
 std::optional<std::pair<std::uint32_t, std::uint32_t>> ParseRange(std::string_view text);
-/// 100 of "100Hz"; unset if it is not a rate of at most 1e9 Hz.
+/// 100 of "100Hz"; unset if the text is not a rate above 0 and below 1e9 Hz.
 std::optional<double> ParseRate(std::string_view text);
 
 /// Reports the error on stderr, and with --json as an object on stdout. Returns the exit code.

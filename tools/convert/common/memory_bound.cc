@@ -9,9 +9,9 @@
 namespace truetriad::convert {
 
 void BoundMemory([[maybe_unused]] const std::vector<std::string>& paths) {
-#ifndef __SANITIZE_ADDRESS__                   // It reserves terabytes of address space.
-  constexpr rlim_t kLeast = rlim_t{2} << 30U;  // Program and libraries.
-  constexpr rlim_t kPerByte = 64;              // 8 for doubles times 8 for compression.
+#ifndef __SANITIZE_ADDRESS__                   // The sanitizer reserves terabytes.
+  constexpr rlim_t kLeast = rlim_t{2} << 30U;  // For the program and its libraries.
+  constexpr rlim_t kPerByte = 64;              // 8 bytes a double, times 8 for compression.
   rlim_t bytes = kLeast;
   for (const std::string& path : paths) {
     std::error_code missing;

@@ -23,7 +23,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kRoles = {
     "time", "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
-/// The unambiguous role of a name in lower case; empty if there is none.
+/// The role of a name in lower case; empty if the name does not clearly have one.
 std::string_view RoleOf(std::string_view name) {
   static const std::vector<std::vector<std::string_view>> known = {
       {"time", "t", "timestamp"},
@@ -48,7 +48,7 @@ constexpr std::string_view kNoTime = "none";
 struct Inputs {
   std::vector<std::string> paths;
   std::vector<Variable> variables;
-  std::map<std::string, std::string> others;  ///< As in VariableFile.
+  std::map<std::string, std::string> others;  ///< VariableFile::others of all files.
   bool is_damaged = false;
 
   /// All variables, for messages: "acc (200x3 double), …".
@@ -61,9 +61,9 @@ struct Inputs {
     return ListOf(all, 30);
   }
 
-  /// Finds a variable by name, or by file and name; of several with the same name the one in the
+  /// Finds a variable by name, or by file and name. If several have the name, takes the one in the
   /// file `preferred`. Error (usage): there is none, or several. Error (bad input): a file is
-  /// damaged, so the variable may be missing.
+  /// damaged and may lack the variable, or has it twice.
   Result<const Variable*> Find(const std::string& name, const std::string& preferred) const {
     std::vector<const Variable*> found;
     for (const Variable& variable : variables) {
@@ -111,7 +111,7 @@ TimedReference SplitTime(const std::string& reference) {
 
 bool IsRate(const std::string& time) { return time.ends_with("Hz"); }
 
-/// Whether every triad has a time. Error (usage): `time=none` with a triad that has its own time.
+/// Whether every triad has a time. Error (usage): with `time=none` a triad has its own time.
 Result<bool> HaveTimes(const ByRole& columns) {
   const auto common = columns.find("time");
   bool all = true;
@@ -129,7 +129,7 @@ Result<bool> HaveTimes(const ByRole& columns) {
   return all;
 }
 
-/// The variable of each role: as the user states, else by unambiguous names.
+/// The variable of each role: as --columns states, otherwise by names that are clear.
 Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   ByRole chosen;
   const auto stated = arguments.others.find("columns");
@@ -139,7 +139,7 @@ Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
     const std::string name = LowerCase(variable.name.substr(variable.name.rfind('.') + 1));
     const std::string role(RoleOf(name));
     if (role.empty()) continue;
-    // A time or temperature in each of several files belongs to the readings in the same file.
+    // If several files have a time or temperature, each belongs to the readings in the same file.
     const bool goes_along = role == "time" || role == "temperature";
     candidates[role].insert(goes_along ? variable.name : variable.full_name);
   }
@@ -217,7 +217,7 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
   ByRole needed = columns;
   for (const auto& [role, column] : columns) {
     const std::string own = TriadFromName(role) ? SplitTime(column).time : "";
-    // A triad's own time needs a unit like the common time, unless it is a rate.
+    // A triad's own time needs a unit, as the common time does, unless it is a rate.
     if (!own.empty() && !IsRate(own)) needed["time"] = own;
   }
   for (const auto& [role, column] : needed) {
@@ -238,8 +238,9 @@ Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments) {
 
 namespace {
 
-/// A column reference: a variable, some of its columns (data:2-4, counted from 1), three variables
-/// (ax+ay+az), or an interleaved list of x, y and z (data:xyz). `path`: the first variable's file.
+/// The columns that a reference names: a variable, some of its columns (data:2-4, counted from 1),
+/// three variables (ax+ay+az), or an interleaved list of x, y and z (data:xyz). `path`: the first
+/// variable's file.
 struct Vectors {
   std::vector<std::vector<double>> columns;
   std::string path;
@@ -255,14 +256,15 @@ Matrix Transposed(const Matrix& matrix) {
   return turned;
 }
 
-/// One sample in each row of `width` columns; if no side is `width`, the longer one is the rows.
+/// Turns a matrix so that each row is a sample of `width` columns. If neither side is `width`, the
+/// longer side becomes the rows.
 Matrix Upright(Matrix matrix, std::size_t width) {
   const bool is_upright =
       matrix.columns == width || (matrix.rows != width && matrix.columns <= matrix.rows);
   return is_upright ? std::move(matrix) : Transposed(matrix);
 }
 
-/// An interleaved list of readings as three columns. Surplus values at the end must be NaN
+/// Splits an interleaved list of readings into three columns. Surplus values at the end must be NaN
 /// (padding). Error (usage): a surplus value is a number.
 Result<Matrix> InTurn(Matrix list, const std::string& part) {
   for (std::size_t i = list.values.size() / 3 * 3; i < list.values.size(); ++i) {
@@ -314,7 +316,7 @@ Result<Vectors> ReadVectors(const Inputs& inputs,
   return vectors;
 }
 
-/// The times of `count` samples in ns; without a time their indices.
+/// The times of `count` samples in ns; for time=none, their indices.
 Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
                                             const std::string& reference,
                                             const ByRole& units,
@@ -352,7 +354,7 @@ Result<std::vector<std::int64_t>> ReadTimes(const Inputs& inputs,
   return times;
 }
 
-/// Temperatures of `count` readings of the file `path` in degC; empty if not available.
+/// Temperatures of `count` readings of the file `path` in degC; empty if there are none.
 Result<std::vector<double>> ReadTemperatures(const Inputs& inputs,
                                              const ByRole& columns,
                                              const ByRole& units,
@@ -384,10 +386,10 @@ struct TriadReadings {
   Triad triad = Triad::kAccelerometer;
   std::vector<std::vector<double>> axes;
   std::vector<std::int64_t> times_ns;
-  std::vector<double> temperatures_degc;  ///< Empty: not available.
+  std::vector<double> temperatures_degc;  ///< Empty: there are none.
 };
 
-/// Reads the complete triads. Reports an incomplete one, or with `are_named` fails (bad input).
+/// Reads the triads. An incomplete triad is skipped with a note; if `are_named`, it is an error.
 Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
                                               const ByRole& columns,
                                               bool are_named,
@@ -400,8 +402,8 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
     const Result<Vectors> axes = ReadVectors(inputs, reference.readings, 3);
     if (!axes && axes.error().kind() == ErrorKind::kBadInput && are_named) {
       Error error = axes.error();
-      error.message += "; without the " + std::string(TriadName(triad)) +
-                       " in --columns the others are converted";
+      error.message += "; to convert the others, leave the " + std::string(TriadName(triad)) +
+                       " out of --columns";
       return error;
     }
     if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
@@ -428,8 +430,8 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
   return all;
 }
 
-/// Adds sensors that share rows: by the time of the first one, or without times by index, so that a
-/// row with a missing reading stays aligned.
+/// Adds a table of sensors that share rows. Row i has the i-th reading of each sensor, at the time
+/// of the first sensor; a missing reading does not shift the others.
 void AddTable(const std::string& file,
               bool has_time,
               std::span<const TriadReadings> group,
@@ -468,7 +470,7 @@ Status AddTables(const std::vector<TriadReadings>& all,
                    "the " + name + " has " + std::to_string(readings.times_ns.size()) +
                        " rows, but the " + std::string(TriadName(all[0].triad)) + " has " +
                        std::to_string(all[0].times_ns.size()) +
-                       "; without a time their rows must belong together");
+                       "; without a time, each row must have a reading of both");
     }
   }
   if (!has_time && !all.empty()) AddTable("recording.csv", has_time, all, units, folder);

@@ -22,37 +22,36 @@ struct Matrix {
   double At(std::size_t row, std::size_t column) const { return values[column * rows + row]; }
 };
 
-/// A real matrix in a file of named matrices, or a field of a struct in it, by its full name:
-/// "imu.acc".
+/// A real matrix in a file of named matrices. If it is a field of a struct, its name is "imu.acc".
 struct Variable {
   std::string name;
   std::string type;  ///< In the file's terms: "double", "int16", …
   std::size_t rows = 0, columns = 0;
   /// Reads the numbers. Error: they are incomplete, or too many.
   std::function<Result<Matrix>()> read = {};
-  std::string path = {};       ///< Of the variable's file.
-  std::string full_name = {};  ///< "acc"; for several files "unit-acc/data", with the file's name.
+  std::string path = {};       ///< The variable's file.
+  std::string full_name = {};  ///< if there are several files, with the file: "unit-acc/data".
 };
 
 /// A file of named matrices.
 struct VariableFile {
   std::vector<Variable> variables;
   std::map<std::string, std::string> others;  ///< Other contents by name: "complex", "text".
-  std::string damage;  ///< Why the end is unreadable: variables may be missing.
+  std::string damage;  ///< If the end is unreadable, so that variables may be missing: why.
 };
 
 /// Names by role: "time", "accelerometer", …, "temperature".
 using ByRole = std::map<std::string, std::string>;
 
-/// The name of each role in --columns, "accelerometer=acc,…". `example`: an item for the message,
-/// after `roles`. Error (usage): an unknown role, or one given twice.
+/// The name of each role in --columns, "accelerometer=acc,…". `example`: follows the list of
+/// `roles` in the message. Error (usage): an unknown role, or one given twice.
 Result<ByRole> ParseColumns(const std::string& columns,
                             std::span<const std::string_view> roles,
                             const std::string& example);
 
-/// The units of --units; `counts` for triads for which no unit is stated. `columns`: the names by
-/// role, "acc@t" with a time of its own.
-/// Error (usage): unknown, given twice, or missing.
+/// The unit of each role from --units. If `counts` is among them, triads without another unit are
+/// in counts. `columns`: the names by role; "acc@t" has its own time. Error (usage): a unit is
+/// unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 
 /// A file format of named matrices.
@@ -61,8 +60,8 @@ struct NamedFormat {
   Result<VariableFile> (*open)(const std::string& path) = nullptr;
 };
 
-/// Converts or lists files of named matrices whose meaning is stated by the user (--columns,
-/// --units) or clear from their names.
+/// Converts or lists files of named matrices. The user states their meaning (--columns, --units),
+/// or their names show it.
 Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments);
 
 /// The `main` of a converter for such a format.

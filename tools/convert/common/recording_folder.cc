@@ -26,13 +26,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Column names have no units, which the manifest states: a CSV that is opened without its manifest,
-// and so without its corrections, is refused.
+// Column names have no units; the manifest states them. A CSV that is opened without its manifest,
+// and so without its corrections, is therefore refused.
 constexpr std::string_view kTimeColumn = "time_ns";
 constexpr std::string_view kTemperatureColumn = "temperature";
 constexpr std::string_view kManifest = "recording.yaml";
 constexpr std::string_view kPoses = "poses.yaml";
-constexpr std::size_t kChunk = std::size_t{1} << 18U;  // Written at once.
+constexpr std::size_t kChunk = std::size_t{1} << 18U;  // Bytes written at once.
 constexpr std::size_t kLongestNumber = 32;             // A double has 24 characters, a time 20.
 
 std::string Column(const TriadColumns& triad, char axis) {
@@ -56,10 +56,10 @@ bool AllBelow(double largest, const double* values) {
          std::abs(values[2]) <= largest;
 }
 
-/// Half of the range of 64-bit nanoseconds, so that differences do not overflow: the year 2116.
+/// Half of the range of 64-bit nanoseconds (to the year 2116), so that differences do not overflow.
 constexpr std::int64_t kLastTimeNs = std::numeric_limits<std::int64_t>::max() / 2;
 
-/// The clock does not jump by more (one day): near either end of a recording, that is damage.
+/// A larger jump of the clock (over one day) near either end of a recording is damage.
 constexpr std::int64_t kLongestJumpNs = 86'400'000'000'000;
 
 }  // namespace
@@ -106,7 +106,8 @@ void Table::Add(std::int64_t time_ns, const double* readings, unsigned present) 
     return;
   }
   if (columns_.has_temperature) {
-    // Valid from absolute zero to 1000 degC, above any electronics; NaN is invalid.
+    // A temperature is valid from absolute zero to 1000 degC, which no electronics survive; NaN is
+    // not.
     const bool is_one = temperature_degc_ >= kAbsoluteZeroDegc && temperature_degc_ <= 1000.0;
     row.values[column] = is_one ? temperature_degc_ : std::numeric_limits<double>::quiet_NaN();
   }
@@ -162,7 +163,7 @@ char* Table::WriteRow(const Row& row, char* text) const {
   return text;
 }
 
-/// Removes last rows after a jump of the clock: a row whose time is far too late is sorted last.
+/// Removes the last rows after a jump of the clock: rows whose times are far too late sort last.
 void Table::LeaveOutLastAfterAJump() {
   for (std::size_t i = 1; i < waiting_.size(); ++i) {
     if (waiting_[i].time_ns - waiting_[i - 1].time_ns <= kLongestJumpNs) continue;
@@ -183,7 +184,7 @@ Status Table::Commit() {
   output_.Write({text_.data(), filled_});
   filled_ = 0;
   if (rows_ == 0 && IsSeen()) {
-    // A sensor without readings gets an empty row, so that opening the recording reports it.
+    // A table without valid readings gets an empty row, so that opening the recording reports this.
     Row row;
     row.time_ns = first_time_ns_;
     row.values.fill(std::numeric_limits<double>::quiet_NaN());

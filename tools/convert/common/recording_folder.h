@@ -24,28 +24,28 @@ namespace truetriad::convert {
 struct TriadColumns {
   Triad triad = Triad::kAccelerometer;
   std::string unit;     ///< As in recordings: "m/s^2".
-  std::string applied;  ///< YAML for `applied.<triad>:`, the firmware's correction; or empty.
+  std::string applied;  ///< YAML for `applied.<triad>:`, the firmware's correction, or "".
   std::uint64_t rows = 0;
   std::uint64_t without_numbers = 0;        ///< Rows with NaN or an impossible value.
   std::optional<double> si_per_count = {};  ///< The size of a count, if the log states it.
 
-  /// Whether the sensor is in the log. A sensor without a valid number is kept, as a broken one.
+  /// Whether the sensor is in the log. A sensor without any valid number counts, too: it is broken.
   bool IsSeen() const { return rows > 0 || without_numbers > 0; }
 };
 
-/// The columns of a table besides readings.
+/// The columns of a table in addition to the readings.
 struct TableColumns {
   bool has_temperature = false;
-  bool has_time = true;  ///< False: the times of added rows are only counters.
-  /// The log has no checksums, or rows may lack a temperature. Then rows beyond a jump of the clock
-  /// near either end are left out; the manifest states a temperature only if all rows have it.
+  bool has_time = true;  ///< False: the times of added rows only count the rows.
+  /// The log has no checksums, or rows may lack a temperature. Rows beyond a jump of the clock near
+  /// either end are then left out, and the manifest states a temperature only if all rows have one.
   bool is_unchecked = false;
 };
 
 /// One CSV of a recording: rows of a time, some triads and optionally a temperature.
 ///
-/// Rows may come slightly out of order: the last kReach rows are sorted by time. A row that comes
-/// even later is left out and counted, since the time of a recording must not decrease.
+/// Rows may be added slightly out of order, since the last kReach rows are sorted by time. If a row
+/// comes even later, it is left out and counted: the time of a recording must not decrease.
 class Table {
  public:
   static constexpr std::size_t kReach = 1024;      ///< One second at 1 kHz.
@@ -56,8 +56,9 @@ class Table {
         std::vector<TriadColumns> triads,
         TableColumns columns);
 
-  /// Adds a row: three readings for each triad in order; bit i of `present` states whether the i-th
-  /// triad has readings at this time. Readings that are not three plausible numbers are counted.
+  /// Adds a row: three readings for each triad in order. Bit i of `present` states whether the i-th
+  /// triad has readings at this time. Readings that are not three plausible numbers are left out
+  /// and counted.
   void Add(std::int64_t time_ns, const double* readings, unsigned present = ~0U);
   /// Sets the temperature of the following rows, in degC.
   void SetTemperature(double temperature_degc) { temperature_degc_ = temperature_degc; }
@@ -103,9 +104,9 @@ class Table {
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// Writes DIR/recording.yaml, further recordings beside it, and their CSVs. They are written in a
-/// folder beside DIR that is renamed to DIR when all are complete; or if DIR exists, they are moved
-/// into it one by one, the manifest last.
+/// Writes DIR/recording.yaml, further manifests beside it, and the CSVs of all. They are written in
+/// a folder beside DIR. When all are complete, this folder is renamed to DIR; if DIR already has
+/// files, they are moved into it one by one, the manifests last.
 class RecordingFolder {
  public:
   /// Error: DIR cannot be written.
@@ -114,16 +115,17 @@ class RecordingFolder {
   RecordingFolder(const RecordingFolder&) = delete;
   RecordingFolder& operator=(const RecordingFolder&) = delete;
 
-  /// The table is valid as long as this folder.
+  /// The table is valid as long as this object.
   Table* AddTable(std::string file, std::vector<TriadColumns> triads, TableColumns columns);
 
-  /// Begins recording-N.yaml for the log's sensors of number `instance`; the first one with rows
-  /// becomes recording.yaml.
+  /// Begins recording-N.yaml, N = `instance`, for the log's sensors of this number. The first
+  /// recording with rows becomes recording.yaml.
   void BeginRecording(int instance);
 
-  /// The manifest's statements on the origin: `source: {key: value, …}`, `frame:`, and as `device:`
-  /// those of firmware on the sensors that have rows. SetOrigin sets the first keys of the source:
-  /// the log's format, its files if `paths` is given, and the converter.
+  /// Set what the manifest states about the origin: `source: {key: value, …}`, `frame:`, the serial
+  /// number, and as `device:` the firmware's statements about sensors that have rows. SetOrigin
+  /// sets the first keys of the source: the log's format, its files if `paths` is given, and the
+  /// converter.
   void SetOrigin(const std::string& format, const std::vector<std::string>& paths = {});
   void SetSource(const std::string& key, const std::string& value);
   void SetFrame(const std::string& frame) { recordings_[current_].frame = frame; }
@@ -132,8 +134,9 @@ class RecordingFolder {
   /// Sets the text of poses.yaml, if the log states its rests.
   void SetPoses(const std::string& poses) { poses_ = poses; }
 
-  /// Writes the manifests, renames the folder, and prints the manifests' paths on stdout and their
-  /// contents on stderr. Error: no triad has a row; or a file cannot be written.
+  /// Writes the manifests and renames the folder. Prints the manifests' paths on stdout, and a
+  /// summary of each sensor's readings on stderr. Error: no triad has a row; a file cannot be
+  /// written.
   Status Commit();
 
  private:

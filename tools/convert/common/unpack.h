@@ -8,8 +8,9 @@
 
 namespace truetriad::convert {
 
-/// Unpacks up to `size` bytes by calls of `step`, each of which consumes part of `packed` and sets
-/// the number of bytes produced; false ends the calls. False: `unpacked` holds fewer bytes.
+/// Unpacks up to `size` bytes by calls of `step`. A call consumes part of `packed`, sets the number
+/// of bytes produced, and returns false if it was the last. Returns false if fewer than `size`
+/// bytes were unpacked.
 template <typename Step>
 bool UnpackBy(const Step& step, std::string_view packed, std::size_t size, std::string* unpacked) {
   // The memory grows with the data produced, not with the size that the chunk states.

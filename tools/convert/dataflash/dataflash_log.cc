@@ -17,14 +17,14 @@ constexpr int kFormatType = 128;             // FMT
 constexpr std::size_t kHeader = 3;           // Magic bytes and type.
 constexpr std::size_t kLongestRecord = 255;  // The length is one byte of FMT.
 
-/// The field of a type letter: its number of bytes and its kind.
+/// What the letter of a type means: the number of bytes and the kind of a field.
 struct Layout {
   enum Kind { kSigned, kUnsigned, kFloat, kText, kOther };
 
   char letter;
   std::size_t size;
   Kind kind;
-  double factor = 1.0;  ///< Value of one step of an integer.
+  double factor = 1.0;  ///< Value of one step of the integer.
 };
 constexpr std::array<Layout, 21> kLayouts = {{
     {'b', 1, Layout::kSigned},         {'B', 1, Layout::kUnsigned},
@@ -65,7 +65,7 @@ bool IsName(std::string_view name) {
   return true;
 }
 
-/// Parses an FMT record: type, length, name[4], letters[16], labels[64]. Null if they are
+/// Parses an FMT record: type, length, name[4], letters[16], labels[64]. Null if these are
 /// inconsistent.
 std::unique_ptr<MessageFormat> ParseFormat(std::string_view record) {
   ByteCursor cursor(record.substr(kHeader));
@@ -124,7 +124,7 @@ std::string_view TextIn(const MessageField& field, std::string_view record) {
 }
 
 DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move(bytes)) {
-  // FMT also defines itself, but it must be known to read that.
+  // FMT also defines itself, but this definition can be read only if FMT is known.
   auto format = std::make_unique<MessageFormat>();
   format->type = kFormatType;
   format->name = "FMT";
@@ -134,7 +134,7 @@ DataflashLog::DataflashLog(std::unique_ptr<ByteStream> bytes) : bytes_(std::move
 
 Result<std::unique_ptr<DataflashLog>> DataflashLog::Open(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
-  constexpr std::size_t kBeginning = std::size_t{1} << 20U;  // Definitions come first.
+  constexpr std::size_t kBeginning = std::size_t{1} << 20U;  // Definitions precede all else.
   const std::string_view beginning = bytes->Peek(kBeginning);
   constexpr std::string_view kFormatHeader = "\xA3\x95\x80";
   if (beginning.find(kFormatHeader) == std::string_view::npos) {
@@ -191,7 +191,7 @@ void DataflashLog::Describe(std::string_view record) {
     if (std::exchange(has_begun_, true) && next_log_ == 0) next_log_ = read_bytes_;
     return;
   }
-  // The first definition of a type is valid; a second one is damage.
+  // The first definition of a type is valid; another one later is damage.
   std::unique_ptr<MessageFormat>& known = formats_[static_cast<std::size_t>(format->type)];
   if (!known) known = std::move(format);
 }

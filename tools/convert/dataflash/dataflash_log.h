@@ -25,7 +25,7 @@ struct MessageField {
 struct MessageFormat {
   int type = 0;
   std::string name;
-  std::size_t length = 0;  ///< Of the whole record, its header included.
+  std::size_t length = 0;  ///< Bytes of a whole record, with its header.
   std::vector<MessageField> fields;
 
   const MessageField* Find(std::string_view field) const;
@@ -42,8 +42,8 @@ std::string_view TextIn(const MessageField& field, std::string_view record);
 /// the others.
 ///
 /// A record counts as complete if it has the magic bytes and a defined type, and if another
-/// record's magic bytes or the end follow. After damage reading continues at the next position
-/// where this holds.
+/// record's magic bytes or the end of the log follow. After damage, reading continues at the next
+/// complete record.
 class DataflashLog {
  public:
   /// Error: unreadable, or no definition of a message in the first MiB.
@@ -56,8 +56,8 @@ class DataflashLog {
   Record Next();
 
   std::uint64_t records() const { return records_; }
-  std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Outside records.
-  std::uint64_t damages() const { return damages_; }              ///< Separate runs of those bytes.
+  std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Bytes outside records.
+  std::uint64_t damages() const { return damages_; }              ///< Separate runs of such bytes.
   double progress() const { return bytes_->progress(); }
   /// Position of a second log in the file; 0: none.
   std::uint64_t next_log() const { return next_log_; }
@@ -76,7 +76,7 @@ class DataflashLog {
   std::uint64_t skipped_bytes_ = 0;
   std::uint64_t damages_ = 0;
   std::uint64_t read_bytes_ = 0, next_log_ = 0;
-  bool has_begun_ = false;  ///< The definition of FMT was read, with which each log begins.
+  bool has_begun_ = false;  ///< The definition of FMT, with which a log begins, was read.
   bool in_damage_ = false;
 };
 

@@ -11,11 +11,12 @@
 namespace truetriad::convert {
 namespace {
 
-/// The name of a parameter of the sensor "ACC", "GYR" or "TCAL" of `instance`, from 0.
+/// The name of a parameter of an inertial sensor: "ACC", "GYR" or "TCAL" of `instance`, which
+/// counts from 0.
 std::string InertialName(std::string_view sensor, std::string_view rest, int instance) {
   return Expanded("INS_" + std::string(sensor) + std::string(rest), instance + 1);
 }
-/// The name of a parameter of a compass, whose parameter sets are counted from 1.
+/// The name of a parameter of a compass; its sets of parameters are counted from 1.
 std::string CompassName(std::string_view rest, int slot) {
   return Expanded("COMPASS_" + std::string(rest), slot);
 }
@@ -37,7 +38,7 @@ Result<Eigen::Vector3d> Vector(const Parameters& parameters, const std::string& 
   return values;
 }
 
-/// A sensor's identification, 24 bits in firmware; unset: the log does not state it, or states 0.
+/// A sensor's device ID, 24 bits in firmware; unset: the log does not state it, or states 0.
 std::optional<std::int64_t> IdIn(const Parameters& parameters, const std::string& name) {
   const Result<double> id = Value(parameters, name);
   if (!id || !(*id > 0.0 && *id < 0x1p24)) return std::nullopt;
@@ -57,11 +58,11 @@ Result<int> CompassSlot(const Parameters& parameters, int instance) {
     is_any_stated = is_any_stated || its_id;
   }
   if (!id || !is_any_stated) return instance + 1;
-  return Error(ErrorCode::kInvalidValue, "no COMPASS_DEV_ID is " + name);
+  return Error(ErrorCode::kInvalidValue, "no COMPASS_DEV_ID equals " + name);
 }
 
-/// The rotation from the board to the vehicle; sensors on the board are corrected before it, a
-/// compass after it.
+/// The rotation from the board to the vehicle. Sensors on the board are corrected before this
+/// rotation, a compass after it.
 Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   TRUETRIAD_ASSIGN_OR_RETURN(const double number, Value(parameters, "AHRS_ORIENTATION"));
   const auto turn_deg = BoardTurnDeg(number, kBoardRotations.size());
@@ -70,8 +71,8 @@ Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
 }
 
 /// Roll, pitch and yaw from an external compass's axes into the recording's: ORIENT turns its
-/// readings into the vehicle's axes, and `applied:` turns these into the board's. Unset: it is on
-/// the board, where the rotation AHRS_ORIENTATION of its readings is undone.
+/// readings into the vehicle's axes, and `applied:` turns these into the board's. Unset: the
+/// compass is on the board, and `applied:` only undoes AHRS_ORIENTATION.
 std::optional<Eigen::Vector3d> MountDegOf(const Parameters& parameters, int slot) {
   const Result<double> external =
       Value(parameters, slot == 1 ? "COMPASS_EXTERNAL" : CompassName("EXTERN#", slot));
@@ -100,7 +101,7 @@ Result<std::string> Thermal(const Parameters& parameters, std::string_view senso
     TRUETRIAD_ASSIGN_OR_RETURN(
         const Eigen::Vector3d row,
         Vector(parameters, prefix + std::string(sensor) + std::to_string(power)));
-    text << (power > 1 ? ", " : "") << row * 1e-6;  // In millionths in firmware.
+    text << (power > 1 ? ", " : "") << row * 1e-6;  // Firmware states millionths.
   }
   return (text << "]}").str();
 }

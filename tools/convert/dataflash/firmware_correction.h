@@ -27,7 +27,7 @@ enum class CorrectionOrder {
 /// `applied.<triad>:` of a manifest (docs/recordings.md). ArduPilot: AP_InertialSensor.cpp,
 /// AP_InertialSensor_Params.cpp, AP_Compass.cpp.
 ///
-/// Error (bad input): in a few words which parameter is missing or not invertible.
+/// Error (bad input): a parameter is missing or not invertible; the message briefly names it.
 Result<std::string> AppliedByFirmware(const Parameters& parameters,
                                       CorrectionOrder order,
                                       Triad triad,
@@ -36,14 +36,15 @@ Result<std::string> AppliedByFirmware(const Parameters& parameters,
 /// Whether firmware compensates the temperature of the inertial sensors `instance`.
 bool IsCorrectedByTemperature(const Parameters& parameters, int instance);
 
-/// The log's statements on sensors `instance`: their identifications, the sets of their parameters,
-/// and the rotation from the board's axes, used by recordings, to the vehicle's, in which compasses
-/// are corrected.
+/// What the log states about sensors `instance`: their device IDs, the sets of their parameters,
+/// and the rotation from the board's axes, in which recordings are, to the vehicle's axes, in which
+/// compasses are corrected.
 Tags DeviceOf(const Parameters& parameters, int instance);
 
-/// The offset that firmware adds to a compass: x, y, z in mG. Errors: missing; no parameter set.
+/// The offset that firmware adds to a compass: x, y, z in mG. Errors: a parameter is missing; no
+/// parameter set belongs to the compass.
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
-/// The matrix D·s that firmware applies to the sum of reading and offset. Errors: as above.
+/// The matrix D·s by which firmware multiplies the sum of reading and offset. Errors: as above.
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance);
 
 }  // namespace truetriad::convert

@@ -26,12 +26,13 @@ namespace {
 constexpr double kNothing = std::numeric_limits<double>::quiet_NaN();
 constexpr int kMostImus = 5;  // INS_MAX_INSTANCES of ArduPilot.
 
-/// Messages with readings. Older logs number the message (IMU2), newer ones have a field I.
+/// Kinds of messages with readings. Older logs number the messages (IMU2), newer ones have a field
+/// I.
 constexpr std::array<std::string_view, 4> kKinds = {"IMU", "ACC", "GYR", "MAG"};
 
 /// Kind and sensor index of a message: "IMU2" is {IMU, 1}.
 struct Source {
-  std::string_view kind;  ///< Empty: another message.
+  std::string_view kind;  ///< Empty: a message without readings.
   int instance = 0;
 
   friend auto operator<=>(const Source&, const Source&) = default;
@@ -104,9 +105,9 @@ struct Contents {
   Parameters parameters;
   /// Earlier values of parameters that changed after readings began.
   std::map<std::string, std::vector<double>> earlier;
-  std::map<int, Eigen::Vector3d> compass_offsets;  ///< First row of each magnetometer.
-  std::set<int> with_temperature;                  ///< Instances with IMU temperatures.
-  bool in_milliseconds = false;                    ///< As in firmware before 2015.
+  std::map<int, Eigen::Vector3d> compass_offsets;  ///< In the first row of each magnetometer.
+  std::set<int> with_temperature;                  ///< Instances whose IMU messages have one.
+  bool in_milliseconds = false;                    ///< Times are in ms, as before 2015.
   std::string firmware;
   std::uint64_t records = 0, skipped_bytes = 0, damages = 0;
 };
@@ -124,7 +125,7 @@ void ReadParameter(const DataflashLog::Record& record, bool readings_began, Cont
   }
 }
 
-/// "ArduCopter V4.6.2 (1ebd4d99)": the first message that names a version.
+/// Keeps the first message that names a version, "ArduCopter V4.6.2 (1ebd4d99)".
 void ReadMessage(const DataflashLog::Record& record, Contents* contents) {
   const MessageField* const text = record.format->Find("Message");
   if (text == nullptr || !contents->firmware.empty()) return;
@@ -144,8 +145,8 @@ bool IsOf2014(const Contents& contents) {
   return false;
 }
 
-/// Adds the identity as compass matrix for firmware of 2014, which has no such parameter. Other
-/// firmware with times in milliseconds surely has none only if its log, undamaged, names none.
+/// Firmware of 2014 has no parameters of a compass matrix: adds the identity. Other firmware with
+/// times in milliseconds certainly has none only if its log is undamaged and names none.
 void StateNoCompassMatrix(Contents* contents) {
   if (!contents->in_milliseconds || (!IsOf2014(*contents) && contents->damages > 0)) return;
   Parameters& parameters = contents->parameters;
@@ -160,8 +161,8 @@ void StateNoCompassMatrix(Contents* contents) {
   }
 }
 
-/// The firmware's order of correction; for compasses it never changed. Error: the log names no
-/// version, or one of the months in which the order changed.
+/// The order in which the firmware corrects; for compasses it never changed. Error: the log has
+/// times in milliseconds and names no version up to 3.2, so its firmware may have either order.
 Result<CorrectionOrder> OrderOf(const Contents& contents, Triad triad) {
   if (!contents.in_milliseconds || triad == Triad::kMagnetometer) {
     return CorrectionOrder::kSensorFrame;
@@ -215,10 +216,10 @@ std::string SourceName(const Source& source) {
   return std::string(source.kind) + " of instance " + std::to_string(source.instance);
 }
 
-/// The messages for one recording.
+/// The kinds of messages that become one recording.
 struct Choice {
   int instance = 0;
-  std::string suffix;  ///< Of its file names: "-1".
+  std::string suffix;  ///< End of its file names: "-1".
   std::set<std::string_view> kinds;
 };
 
@@ -232,7 +233,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
   }
   std::set<int> instances;
   for (const auto& [source, messages] : contents.sources) instances.insert(source.instance);
-  // Larger numbers than ArduPilot's count of IMUs are damage.
+  // Numbers that ArduPilot's IMUs cannot have are damage.
   instances.erase(instances.lower_bound(kMostImus), instances.end());
   if (arguments.instance) instances = {*arguments.instance};
   std::vector<Choice> choices;
@@ -244,7 +245,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
           topics.empty() || std::find(topics.begin(), topics.end(), kind) != topics.end();
       if (is_asked_for && contents.sources.contains({kind, instance})) choice.kinds.insert(kind);
     }
-    // Further messages of only GYR are filtered copies of the others (INS_RAW_LOG_OPT).
+    // If a further instance has only GYR, its messages are filtered copies (INS_RAW_LOG_OPT).
     const bool is_further = choice.kinds == std::set<std::string_view>{"GYR"} && !choices.empty();
     if (choice.kinds.empty() || is_further) continue;
     if (!choices.empty()) choice.suffix = "-" + std::to_string(instance);
@@ -262,7 +263,7 @@ Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& ar
                    (held.empty() ? ". Enable IMU logging in LOG_BITMASK and record again" : ""));
 }
 
-/// The correction of a sensor's readings and its rotation.
+/// The correction of a sensor's readings, and the mounting of a compass.
 std::pair<std::string, std::optional<Eigen::Vector3d>> CorrectionIn(const Parameters& parameters,
                                                                     Triad triad,
                                                                     int instance) {
@@ -289,7 +290,8 @@ std::string ChangedCorrection(const Contents& contents, Triad triad, int instanc
   return "";
 }
 
-/// The text after `applied.<triad>:`; ` unknown` with a note if the log does not determine it.
+/// The text after `applied.<triad>:`; ` unknown`, with a note, if the log does not determine the
+/// correction.
 std::string Applied(const Contents& contents, Triad triad, int instance) {
   constexpr std::string_view kWhatToDo =
       "; the recording states `applied: unknown` and is refused until you complete it by hand "
@@ -303,11 +305,11 @@ std::string Applied(const Contents& contents, Triad triad, int instance) {
   if (applied && triad == Triad::kMagnetometer) {
     const Result<Eigen::Vector3d> offsets = CompassOffsets(contents.parameters, instance);
     const auto logged = contents.compass_offsets.find(instance);
-    // Rows have the offsets truncated to integers.
+    // Rows state the offsets truncated to integers.
     if (offsets && logged != contents.compass_offsets.end() &&
         ((*offsets - logged->second).array().abs() >= 1.0 + 1e-3).any()) {
       applied = Error(ErrorCode::kDoesNotMatch,
-                      "the offsets logged with its rows differ from the COMPASS_OFS parameters");
+                      "the offsets logged in its rows differ from the COMPASS_OFS parameters");
     }
   }
   if (applied) return *applied;
@@ -325,15 +327,15 @@ const Part kGyroscope = {Triad::kGyroscope, "Gyr", "rad/s"};
 const Part kAccelerometer = {Triad::kAccelerometer, "Acc", "m/s^2"};
 const Part kMagnetometer = {Triad::kMagnetometer, "Mag", "mG"};
 
-/// Converts rows of one message to one table.
+/// The table for one kind of message, and the sensors in it.
 struct Route {
   Table* table = nullptr;
   std::string time_field;
   std::vector<Part> parts;
 };
 
-/// Replaces the offsets logged in a row by those of the manifest, and removes the motors'
-/// contribution: m = D·s·(y + Ofs) + MO.
+/// Restates the rows of a compass, m = D·s·(y + Ofs) + MO: with the offsets Ofs of the first row,
+/// and without the contribution MO of the motors.
 class CompassRows {
  public:
   CompassRows(const Contents& contents, int instance)
@@ -364,7 +366,7 @@ class CompassRows {
   std::uint64_t restated_ = 0;
 };
 
-/// The second pass: converts rows to tables.
+/// The second pass: converts messages to rows of tables.
 class Conversion {
  public:
   Conversion(const Contents& contents, const Choice& choice, RecordingFolder* folder)
@@ -526,8 +528,8 @@ Status Run(const Arguments& arguments) {
     }
     if (conversion.without_temperature() > 0) {
       Note(Counted(conversion.without_temperature(), "row") +
-           " before the first temperature skipped: the temperature correction (INS_TCAL) in them "
-           "is not known");
+           " before the first temperature skipped: their temperature correction (INS_TCAL) is not "
+           "known");
     }
     if (conversion.without_time() > 0) {
       Note(Counted(conversion.without_time(), "message") + " skipped (no time or no readings)");

@@ -23,7 +23,7 @@ enum class Role { kNone, kImu, kMagneticField, kTemperature };
 
 constexpr struct {
   Role role;
-  std::string_view type, key;  ///< `key`: for the topic's name, under `source:`.
+  std::string_view type, key;  ///< `key`: of the topic's name, under `source:`.
 } kStandard[] = {{Role::kImu, "sensor_msgs/Imu", "imu topic"},
                  {Role::kMagneticField, "sensor_msgs/MagneticField", "magnetic field topic"},
                  {Role::kTemperature, "sensor_msgs/Temperature", "temperature topic"}};
@@ -49,7 +49,8 @@ Error NothingReadable() {
 /// The topics of a recording: one Imu, one MagneticField or both, and optionally a Temperature.
 using TopicChoice = std::map<Role, std::size_t>;
 
-/// Selects the only candidate of `role`, or the `instance`-th, if there is one.
+/// Selects the candidate of `role` that has the number `instance`, or without `instance` the only
+/// one, if there is such a candidate. Error (usage): several, and no `instance`.
 Status TakeTheOnly(Role role,
                    const std::vector<Topic>& topics,
                    const std::vector<std::size_t>& candidates,
@@ -72,8 +73,8 @@ Status TakeTheOnly(Role role,
   return {};
 }
 
-/// The topics that the user named, or the only ones. Error: usage if there are several and none was
-/// named; bad input if there is none.
+/// The topics that the user named, or the only topic of each type. Error (usage): a type has
+/// several topics and the user named none. Error (bad input): no topic has readings.
 Result<TopicChoice> ChooseTopics(const std::vector<Topic>& topics, const Arguments& arguments) {
   std::vector<std::size_t> candidates;
   for (std::size_t i = 0; arguments.topics.empty() && i < topics.size(); ++i) {
@@ -131,7 +132,7 @@ void ListTopics(const std::vector<Topic>& topics) {
   }
 }
 
-/// "/imu:gx+gy+gz@t": a topic, fields of its messages, and the field of their time.
+/// "/imu:gx+gy+gz@t": a topic, fields of its messages, and the field with the messages' time.
 struct Reference {
   std::string topic, fields, time;
 
@@ -154,7 +155,7 @@ constexpr std::array<std::string_view, 4> kRoles = {
 std::optional<std::int64_t> TimeNs(const MessageNumbers::Number& number, double ns_per_unit) {
   if (ns_per_unit == 0.0) return number.integer;
   constexpr long double kLargest = 9.2e18L;
-  // A double would lose digits of 64 bits.
+  // A double would lose digits of a 64-bit integer.
   const long double value = number.integer != 0 ? static_cast<long double>(number.integer)
                                                 : static_cast<long double>(number.value);
   const long double time_ns = value * static_cast<long double>(ns_per_unit);
@@ -177,18 +178,19 @@ class BagRecording {
   Status Commit();
 
  private:
-  /// Three numbers of a message times `factor`; no reading if the covariance begins with -1.
+  /// Three numbers of a message, multiplied by `factor`. If the number at `covariance` is -1, the
+  /// message has no such reading.
   struct Readings {
     std::array<std::size_t, 3> places{};
     std::optional<std::size_t> covariance{};
     double factor = 1.0;
   };
-  /// The row of a table from a message.
+  /// How a message becomes a row of a table.
   struct Row {
     Table* table = nullptr;
     std::vector<Readings> readings;
     std::optional<std::size_t> time{};
-    double ns_per_unit = 0.0;  ///< 0: already in nanoseconds.
+    double ns_per_unit = 0.0;  ///< 0: the time is in nanoseconds already.
   };
   struct TakenTopic {
     std::optional<MessageNumbers> numbers{};
@@ -325,7 +327,7 @@ Status BagRecording::ReadLayouts(const Arguments& arguments,
   const auto file = arguments.others.find("layout");
   if (file != arguments.others.end()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string text, ReadSmallFile(file->second));
-    // A definition that names no type is that of the only type.
+    // If there is only one type, a definition that names no type belongs to it.
     std::set<std::string> types;
     for (const std::size_t topic : topics) types.insert(topics_[topic].type);
     const Status status = layouts_.Define(types.size() == 1 ? *types.begin() : "", text);
@@ -358,7 +360,7 @@ Status BagRecording::OpenLaidOut(const Arguments& arguments, const std::string& 
   for (const auto& [role, text] : roles) {
     const Reference reference = Reference::Of(text);
     TRUETRIAD_ASSIGN_OR_RETURN(const std::size_t topic, FindTopic(reference.topic));
-    // A time of type ROS time has its unit already.
+    // A field of type time has its unit already.
     const bool has_unit = reference.time.empty() || Taken(topic).numbers->IsTime(reference.time);
     with_units[role] = has_unit ? reference.topic : reference.topic + '@' + reference.time;
   }
@@ -469,7 +471,7 @@ Status BagRecording::Commit() {
   }
   if (without_stamp_ > 0) {
     Note(Counted(without_stamp_, "message") + " of " + std::to_string(messages_) +
-         " without a time stamp; used the time the bag received them");
+         " without a time stamp; the time at which the bag received them is used");
   }
   StateFrame();
   return folder_->Commit();

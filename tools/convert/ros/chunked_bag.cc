@@ -15,13 +15,13 @@
 namespace truetriad::convert {
 namespace {
 
-constexpr std::size_t kLongestChunk = std::size_t{1} << 30U;  ///< Unpacked.
+constexpr std::size_t kLongestChunk = std::size_t{1} << 30U;  ///< Bytes, unpacked.
 
 bool UnpackBzip2(std::string_view packed, std::size_t size, std::string* unpacked) {
   bz_stream stream{};
   if (BZ2_bzDecompressInit(&stream, 0, 0) != BZ_OK) return false;
   const auto step = [&](std::string_view* rest, char* room, std::size_t* produced) {
-    stream.next_in = const_cast<char*>(rest->data());  // Not written to.
+    stream.next_in = const_cast<char*>(rest->data());  // bzlib does not write there.
     stream.avail_in = static_cast<unsigned>(rest->size());
     stream.next_out = room;
     stream.avail_out = static_cast<unsigned>(*produced);
@@ -66,8 +66,8 @@ bool UnpackZstd(std::string_view packed, std::size_t size, std::string* unpacked
   return is_whole;
 }
 
-/// Unpacks the data of a chunk, at most `size` bytes, its stated size. False: it is damaged;
-/// `unpacked` holds the bytes before the damage.
+/// Unpacks the data of a chunk, to the `size` bytes that it states. False: the chunk is damaged, or
+/// its compression is not supported; `unpacked` holds the bytes before the damage.
 bool Unpack(std::string_view compression,
             std::string_view packed,
             std::size_t size,
@@ -105,14 +105,15 @@ Status ChunkedBag::Survey() {
   return {};
 }
 
-/// Reads the bag to its end; known topics are kept.
+/// Reads the bag to its end and passes its messages to `take`. Topics already known are kept.
 Status ChunkedBag::ReadAll(const Take& take, const std::function<void(double)>& progress) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> bytes, ByteStream::Open(path_));
   TRUETRIAD_RETURN_IF_ERROR(TakeMagic(bytes.get()));
   take_ = &take;
   damaged_chunks_ = damaged_records_ = skipped_bytes_ = 0;
   ReadRecords(bytes.get(), /*in_chunk=*/false, progress);
-  // The index at the end may name topics whose definition was lost.
+  // If the connection of a message was unknown, counts may be too low: the index at the end of the
+  // bag may name topics whose first definition was lost.
   for (Topic& topic : topics_) topic.is_counted = !has_unknown_connection_;
   return {};
 }
@@ -120,7 +121,7 @@ Status ChunkedBag::ReadAll(const Take& take, const std::function<void(double)>& 
 void ChunkedBag::ReadRecords(ByteStream* bytes,
                              bool in_chunk,
                              const std::function<void(double)>& progress) {
-  constexpr std::size_t kLongestHead = std::size_t{1} << 20U;  // Longer ones are damaged.
+  constexpr std::size_t kLongestHead = std::size_t{1} << 20U;  // Longer heads are damaged.
   while (!bytes->at_end()) {
     if (progress) progress(bytes->progress());
     const std::optional<Head> head = HeadIn(bytes->Peek(kLongestHead));
@@ -156,7 +157,7 @@ void ChunkedBag::ReadChunk(const Chunk& chunk, bool is_whole) {
   if (!is_other) ReadRecords(ByteStream::Of(std::move(unpacked)).get(), /*in_chunk=*/true, {});
 }
 
-/// Skips damage up to the next unambiguous record.
+/// Skips damage up to the next unambiguous record. False: there is none.
 bool ChunkedBag::GoOn(ByteStream* bytes) {
   // Windows overlap, so that a head cut by the end of one is found in the next.
   constexpr std::size_t kWindow = std::size_t{1} << 16U, kOverlap = 256;

@@ -16,8 +16,8 @@ namespace truetriad::convert {
 
 /// A bag of records, each with a head and a body; chunks hold further records, often compressed.
 ///
-/// It is read sequentially without its index, so that unclosed and truncated bags can be used. A
-/// bag lists its topics between messages, so it is read twice, first for the topics.
+/// The bag is read sequentially without its index, so that unclosed and truncated bags can be used.
+/// Topics are defined between messages. The bag is therefore read twice, first for the topics.
 class ChunkedBag : public Bag {
  public:
   Status Read(const Wants& wants, const Take& take) final;
@@ -33,23 +33,23 @@ class ChunkedBag : public Bag {
   struct Head {
     Kind kind = Kind::kOther;
     std::uint8_t op = 0;     ///< The record type of the format.
-    std::size_t size = 0;    ///< Of the head.
+    std::size_t size = 0;    ///< Bytes of the head.
     std::uint64_t body = 0;  ///< Bytes after the head.
   };
   struct Chunk {
-    std::string_view compression;  ///< "" and "none", bz2, lz4 or zstd.
+    std::string_view compression;  ///< "bz2", "lz4" or "zstd"; "none" or "": not compressed.
     std::string_view data;
-    std::uint64_t size = 0;  ///< After unpacking.
-    std::uint32_t crc = 0;   ///< CRC-32 after unpacking; 0: none.
+    std::uint64_t size = 0;  ///< Bytes after unpacking.
+    std::uint32_t crc = 0;   ///< CRC-32 of the unpacked data; 0: not stated.
   };
 
   /// Adds a topic with the id `connection`; a known id keeps its topic.
   void AddTopic(std::uint32_t connection, const Topic& topic);
-  /// False: no topic has that id.
+  /// Passes on a message. False: no topic has the id `connection`.
   bool AddMessage(std::uint32_t connection, std::int64_t received_ns, std::string_view message);
 
   std::string path_;
-  std::map<std::uint32_t, std::size_t> connections_;  ///< Indices in topics_.
+  std::map<std::uint32_t, std::size_t> connections_;  ///< Indices in topics_, by id.
 
  private:
   /// Skips the beginning of the file. Error: another format.
@@ -59,7 +59,7 @@ class ChunkedBag : public Bag {
   /// The first position in `bytes` of an unambiguous record; npos: none.
   virtual std::size_t FindRecord(std::string_view bytes) const = 0;
   virtual Chunk ChunkIn(const Head& head, std::string_view record) const = 0;
-  /// For Kind::kTaken, a complete record with its head. False: it is damaged.
+  /// Takes a complete record of Kind::kTaken with its head. False: it is damaged.
   virtual bool TakeRecord(const Head& head, std::string_view record) = 0;
 
   Status ReadAll(const Take& take, const std::function<void(double)>& progress);
@@ -71,7 +71,7 @@ class ChunkedBag : public Bag {
   bool has_unknown_connection_ = false;
   std::uint64_t damaged_chunks_ = 0;
   std::uint64_t damaged_records_ = 0;
-  std::uint64_t skipped_bytes_ = 0;  ///< Outside complete records.
+  std::uint64_t skipped_bytes_ = 0;  ///< Bytes outside complete records.
 };
 
 }  // namespace truetriad::convert

@@ -95,7 +95,7 @@ class Mcap : public ChunkedBag {
 
   Chunk ChunkIn(const Head& head, std::string_view record) const override {
     ByteCursor cursor(record.substr(head.size));
-    cursor.TakeBytes(16);  // Times of its first and last message.
+    cursor.TakeBytes(16);  // Times of the chunk's first and last message.
     Chunk chunk;
     chunk.size = cursor.Take<std::uint64_t>();
     chunk.crc = cursor.Take<std::uint32_t>();
@@ -120,7 +120,7 @@ class Mcap : public ChunkedBag {
         AddTopic(id,
                  TopicOf(topic, encoding, schema == schemas_.end() ? Schema() : schema->second));
     } else {
-      cursor.Take<std::uint32_t>();  // Its sequence number.
+      cursor.Take<std::uint32_t>();  // The message's sequence number.
       // A damaged time may exceed a signed 64-bit integer.
       constexpr std::uint64_t kLast = std::numeric_limits<std::int64_t>::max();
       const auto logged_ns = std::min(cursor.Take<std::uint64_t>(), kLast);
@@ -131,7 +131,7 @@ class Mcap : public ChunkedBag {
     return !cursor.failed();
   }
 
-  /// A topic that is not of ROS 2 gets an empty type.
+  /// If a topic is not of ROS 2, its type is a text that says so.
   static Topic TopicOf(const std::string& name, const std::string& encoding, const Schema& schema) {
     const bool is_defined = schema.encoding == "ros2msg";
     const bool is_ros2 = encoding == "cdr" && (is_defined || schema.encoding == "ros2idl");

@@ -16,7 +16,7 @@ namespace {
 using Kind = LaidOutField::Kind;
 using Array = LaidOutField::Array;
 
-/// Types that bags of any age use without a definition, or that a definition omits.
+/// Types that are known without a definition, since bags or other definitions may omit theirs.
 constexpr std::string_view kKnownTypes =
     "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
     "MSG: geometry_msgs/Vector3Stamped\nstd_msgs/Header header\ngeometry_msgs/Vector3 vector\n"
@@ -44,7 +44,7 @@ constexpr std::string_view kRos1Header =
 constexpr std::string_view kRos2Header =
     "MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n";
 
-constexpr std::uint32_t kMostElements = 1'000'000;  // In a fixed array; more is rejected.
+constexpr std::uint32_t kMostElements = 1'000'000;  // Of a fixed array; more are rejected.
 
 struct Primitive {
   std::string_view name;
@@ -81,8 +81,8 @@ bool IsFieldName(std::string_view name) {
   });
 }
 
-/// Parses a line `float32[3] acc`, `int32 count 0` or `Header header`; `package` is that of the
-/// enclosing type. Unset: not a field.
+/// Parses a line `float32[3] acc`, `int32 count 0` or `Header header`. `package`: that of the type
+/// with this field. Unset: the line is not a field.
 std::optional<LaidOutField> ParseField(std::string_view line,
                                        const std::string& package,
                                        Encoding encoding) {
@@ -104,7 +104,7 @@ std::optional<LaidOutField> ParseField(std::string_view line,
     }
     type = type.substr(0, open);
   }
-  type = type.substr(0, type.find("<="));  // string<=10
+  type = type.substr(0, type.find("<="));  // As in string<=10.
   std::string name = TypeName(type);
   if (name == "Header") name = "std_msgs/Header";
   if (name == "builtin_interfaces/Duration") name = "builtin_interfaces/Time";
@@ -153,7 +153,7 @@ Status MessageLayouts::Define(const std::string& type, std::string_view text) {
       types_[current].clear();
       continue;
     }
-    // A constant has its value after `=`.
+    // A constant, with its value after `=`, is no field.
     if (line.substr(0, line.find_first_of("\"'")).find('=') != std::string_view::npos &&
         line.find("<=") == std::string_view::npos) {
       continue;
@@ -315,13 +315,13 @@ Result<MessageNumbers::Three> MessageNumbers::Vector(const std::string& referenc
                    (reference.empty() ? "name the three readings of " + PrintableLine(type_)
                                       : "`" + PrintableLine(reference) +
                                             "` is not three numbers of " + PrintableLine(type_)) +
-                   ", which has " + Fields() + "; as in acc, gx+gy+gz or data:4-6");
+                   ", which has " + Fields() + "; expected names as in acc, gx+gy+gz or data:4-6");
 }
 
 std::string MessageNumbers::InHeader(std::string_view part, Kind kind) const {
   for (const LaidOutField& field : *layouts_->Find(type_)) {
     if (field.array != Array::kNone || TypeName(field.type) != "std_msgs/Header") continue;
-    // A layout may define a header of its own, which may lack the part.
+    // The user's layout may define another header, which may lack the part.
     const std::string path = field.name + "." + std::string(part);
     const LaidOutField* const found = FieldAt(path);
     if (found != nullptr && found->kind == kind && found->array == Array::kNone) return path;
@@ -378,7 +378,7 @@ class MessageNumbers::Walk {
  public:
   Walk(MessageNumbers* numbers, std::string_view bytes) : numbers_(numbers), left_(bytes) {}
 
-  /// False: the bytes are not a message of its type.
+  /// False: the bytes are not a message of the type.
   bool Run() {
     if (numbers_->encoding_ == Encoding::kCdr) {
       constexpr std::size_t kHead = 4;  // Representation and options of CDR.
@@ -389,7 +389,7 @@ class MessageNumbers::Walk {
       is_aligned_ = true;
     }
     Message(numbers_->type_, &numbers_->asked_);
-    // Bytes left over mean other fields, except that CDR writers may pad to a full word.
+    // If bytes are left over, the message has other fields; but CDR writers may pad to a full word.
     constexpr std::size_t kMostFill = 7;
     return !failed_ && left_.size() <= (is_aligned_ ? kMostFill : 0);
   }
@@ -418,7 +418,7 @@ class MessageNumbers::Walk {
     std::uint64_t count = field.count;
     if (field.array == Array::kSequence) {
       count = Load(4);
-      // Every element has at least one byte.
+      // An element has at least one byte.
       if (count > left_.size()) failed_ = true;
       if (!failed_ && asked != nullptr && asked->has_three && count != 3)
         numbers_->was_not_three_ = failed_ = true;
@@ -432,7 +432,7 @@ class MessageNumbers::Walk {
     }
   }
 
-  /// Elements of equal size: reads the requested ones and skips the rest.
+  /// Reads the requested elements of an array of numbers, and skips the others.
   void Numbers(const LaidOutField& field, std::uint64_t count, const Asked* asked) {
     if (count == 0 || failed_) return;
     Skip(field.size, 0);
@@ -519,7 +519,7 @@ class MessageNumbers::Walk {
     offset_ += size;
   }
 
-  /// The bits of an integer of `size` bytes; 0 if fewer are left.
+  /// The bits of an integer of `size` bytes; 0 if fewer bytes are left.
   std::uint64_t Load(std::size_t size) {
     const std::string_view before = left_;
     Skip(size, size);

@@ -17,7 +17,7 @@ namespace truetriad::convert {
 namespace {
 
 constexpr std::string_view kMagic = "#ROSBAG V2.0\n";
-constexpr std::size_t kLength = sizeof(std::uint32_t);  // Of the length before a header or data.
+constexpr std::size_t kLength = sizeof(std::uint32_t);  // Bytes of a stated length.
 
 // Op codes of records.
 enum Op : std::uint8_t {
@@ -29,7 +29,7 @@ enum Op : std::uint8_t {
   kConnection = 7,
 };
 
-// Texts that occur only in the header of a chunk, or only in that of a message.
+// The first text occurs only in the header of a chunk, the second only in that of a message.
 constexpr std::string_view kChunkMark = "compression=";
 constexpr std::string_view kMessageMark("\4\0\0\0op=\2", 8);
 
@@ -53,7 +53,7 @@ std::optional<T> NumberOf(std::string_view header, std::string_view name) {
   return LoadNumber<T>(field, 0);
 }
 
-/// Whether fields, one of them an op, fill the header exactly.
+/// Whether the header consists of whole fields, one of them an op.
 bool IsHeader(std::string_view header) {
   ByteCursor cursor(header);
   while (!cursor.at_end() && !cursor.failed()) {
@@ -65,7 +65,7 @@ bool IsHeader(std::string_view header) {
 
 /// The position of a record whose short header contains `mark`; npos: none.
 std::size_t FindMark(std::string_view data, std::string_view mark) {
-  constexpr std::size_t kBefore = 64;  // Bytes of such a header before the mark.
+  constexpr std::size_t kBefore = 64;  // Most bytes of such a header before the mark.
   for (std::size_t at = data.find(mark); at != std::string_view::npos;
        at = data.find(mark, at + 1)) {
     for (std::size_t begin = at > kBefore ? at - kBefore : 0; begin + kLength <= at; ++begin) {

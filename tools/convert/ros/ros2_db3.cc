@@ -59,7 +59,7 @@ std::string Escaped(const std::string& path) {
 
 class Db3 : public Bag {
  public:
-  /// Error: not an SQLite database, or not that of a bag.
+  /// Error: not an SQLite database, or not the database of a bag.
   static Result<std::unique_ptr<Bag>> Open(const std::string& path) {
     std::error_code missing;
     if (!fs::is_regular_file(path, missing)) {
@@ -103,7 +103,7 @@ class Db3 : public Bag {
       if (wanted(i)) ids += (ids.empty() ? "" : ",") + std::to_string(ids_[i]);
     }
     if (ids.empty()) return {};
-    // Reads along the table instead of an index, which is fast and works with a damaged index.
+    // Reads the table itself instead of an index: this is fast, and works if the index is damaged.
     const std::string query =
         "SELECT id, topic_id, timestamp, data FROM messages NOT INDEXED WHERE id >= ?1 AND "
         "topic_id IN (" +
@@ -122,7 +122,7 @@ class Db3 : public Bag {
         id = sqlite3_column_int64(statement.get(), 0);
         if (id < from) break;  // Rows of a damaged table can form a cycle.
         TakeRow(statement.get(), take);
-        if (id == std::numeric_limits<std::int64_t>::max()) return {};  // No row follows it.
+        if (id == std::numeric_limits<std::int64_t>::max()) return {};  // No id is larger.
         from = id + 1;
         if (progress && last > 0) progress(static_cast<double>(id) / static_cast<double>(last));
       }
@@ -147,7 +147,8 @@ class Db3 : public Bag {
   Db3(std::string path, Database database)
       : path_(std::move(path)), database_(std::move(database)) {}
 
-  /// Counts the messages of each topic and their times, as far as a damaged bag can be read.
+  /// Determines the number and the times of each topic's messages. If the bag is too damaged for
+  /// this, the numbers are marked as unknown.
   void CountMessages() {
     Statement all = Prepare(
         "SELECT topic_id, count(*), min(timestamp), max(timestamp) FROM messages GROUP BY "
@@ -201,12 +202,12 @@ class Db3 : public Bag {
   std::int64_t LastId() const {
     Statement last = Prepare("SELECT max(id) FROM messages");
     const bool is_known = last && sqlite3_step(last.get()) == SQLITE_ROW;
-    // If unknown, a large number, which NextReadable reaches in sixty doublings.
+    // If it is unknown: a large number, which NextReadable reaches in sixty doublings.
     return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
   }
 
-  /// The first readable message after damage at `from` (not negative): steps double until there is
-  /// one, then a search goes back.
+  /// The first readable message after damage at `from` (not negative): steps double until a message
+  /// is readable, then bisection finds the first one.
   static std::optional<std::int64_t> NextReadable(Statement* statement,
                                                   std::int64_t from,
                                                   std::int64_t last) {
@@ -244,7 +245,7 @@ class Db3 : public Bag {
                           : std::string_view(static_cast<const char*>(bytes), size));
   }
 
-  /// The definition of a type, which bags have since 2023.
+  /// The definition of a type; bags have definitions since 2023.
   std::string DefinitionOf(const std::string& type) const {
     Statement found = Prepare(
         "SELECT encoded_message_definition FROM message_definitions WHERE topic_type = ?1 AND "
@@ -256,7 +257,7 @@ class Db3 : public Bag {
 
   std::string path_;
   Database database_;
-  std::vector<std::int64_t> ids_;  ///< Ids of topics_.
+  std::vector<std::int64_t> ids_;  ///< The database's ids of topics_.
   std::uint64_t damages_ = 0;
 };
 

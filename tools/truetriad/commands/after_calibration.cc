@@ -33,8 +33,8 @@
 
 DEFINE_string(max_loss,
               "",
-              "SHARE: refuse if a corrected reading may have an error above this share of the "
-              "signal, as in 0.01");
+              "SHARE: refuse the export if a corrected reading may have an error above this share "
+              "of the signal, as in 0.01");
 DEFINE_string(temperature,
               "",
               "DEGC: temperature (degC) at which to evaluate a calibration with thermal terms, for "
@@ -55,10 +55,11 @@ DEFINE_string(from, "", "FORMAT: the format, from the list above");
 namespace truetriad {
 namespace {
 
-/// Warns if the corrected mean length is far from gravity or the field: the log's header states a
-/// wrong unit of measure, or the calibration is of another unit. Motion hardly changes that mean.
+/// Warns if the mean length of the corrected readings is far from gravity or the field: the log
+/// states a wrong unit of measure, or the calibration is of another device. Motion hardly changes
+/// the mean.
 void TellOddLength(const CorrectedLogSummary& summary, const Calibration& calibration) {
-  constexpr double kOdd = 3.0;  // A wrong unit is off by more: g by 9.8.
+  constexpr double kOdd = 3.0;  // A wrong unit of measure is off by more: g by 9.8.
   const auto tell = [&](Triad triad, double expected, const char* field) {
     const double length = summary.mean_length[triad];
     if (!(length > 0.0) || (length < kOdd * expected && length * kOdd > expected)) return;
@@ -105,7 +106,7 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
   }
   if (calibration.verdict() == Verdict::kFail) {
     Warn(FLAGS_calibration + ": " + HeadlineOf(calibration).text +
-         "; its readings are corrected all the same");
+         "; the readings are corrected nevertheless");
   }
   NoteInterruptions();
   ProgressLine progress("correcting " + FLAGS_input);
@@ -232,12 +233,12 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   if (auto held = fleet::WhatStoreHolds(folder, calibration)) {
     calibration.decisions = std::move(held->decisions);
     if (!held->counts) {
-      Warn(FLAGS_calibration + ": is not of the run that counts for this unit; the unit is " +
+      Warn(FLAGS_calibration + ": another run counts for this unit; the unit is " +
            fleet::ReasonOf(held->unit));
     }
   }
   if (options.allan) {
-    // Noise of another unit of the same type is common practice, but gets a warning.
+    // To use the noise of another unit of the type is common practice, but gets a warning.
     const Status same =
         CheckSameSensors(FLAGS_allan, options.allan->serial, options.allan->tags, calibration);
     if (!same) Warn(same.error().message + "; its noise is used nevertheless");
@@ -269,7 +270,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   return verb;
 }
 
-/// The formats that can be exported to; with `import`, those that can be imported from.
+/// The formats that can be exported; with `import`, only formats that can also be imported.
 std::vector<FormatInfo> FormatsThat(bool import) {
   std::vector<FormatInfo> formats = Formats();
   if (import) std::erase_if(formats, [](const FormatInfo& format) { return !format.can_import; });
@@ -296,7 +297,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(
       CheckMayReplace(file.string(), CalibrationIn(file.string()), result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
-  // An import has no uncertainties and no report: those of an earlier result are moved aside, too.
+  // An import has no JSON and no report, so those of an earlier result are moved aside with it.
   std::vector<std::string> earlier = {file.filename().string()};
   if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
   TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));
@@ -307,7 +308,7 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
                     .result = {{"output", file.string()}, {"notes", result.notes}}};
 }
 
-/// A name from the serial number, "A0001.html", or "A0001-2.html" if that is taken.
+/// A page's name from the serial number: "A0001.html", or "A0001-2.html" if that name is taken.
 std::string PageName(const Calibration& calibration, std::set<std::string>* taken) {
   std::string base = calibration.serial.empty() ? "report" : calibration.serial;
   std::replace_if(
@@ -372,10 +373,10 @@ Command ExportCommand() {
       .examples =
           R"(build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 --output=out/demo.params)",
       .details = R"(
-The file is read back, and the target system's equation, in its own arithmetic, is compared
+The file is read back, and the target system's equation, in that system's arithmetic, is compared
 with the calibration over a sphere of inputs and the calibrated temperatures. The loss is
-printed and written into the file. A unit outside its limits, or refused by a person (fleet dispose),
-is exported with --outside-limits=allow alone, and the file says so.
+printed and written into the file. If a unit is outside its limits, or a person refused it (fleet
+dispose), it is exported only with --outside-limits=allow, and the file says so.
 )",
       .list = [] { return ListOf(FormatsThat(/*import=*/false)); },
       .flags =

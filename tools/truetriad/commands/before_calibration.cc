@@ -54,7 +54,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   ProgressLine calibrating("calibrating " + FLAGS_input);
   const Result<Calibration> tried =
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
-  // Unreadable files were refused above: if this calibration fails, readings are missing.
+  // Unreadable files were refused above, so if this calibration fails, readings are missing.
   const bool is_enough = tried && tried->IsUsable();
   TRUETRIAD_ASSIGN_OR_RETURN(VerbResult result,
                              Said(ReportOf(loaded.poses, tried), ToTree(loaded.poses)));
@@ -137,7 +137,7 @@ Result<VerbResult> RunPlan(const std::vector<std::string>&) {
 /// Export formats for programs that need a sensor's noise.
 constexpr std::array<std::string_view, 3> kNoiseFormats = {"kalibr", "openvins", "ros2"};
 
-/// The two numbers in a text such as "0.3,3"; unset if the text is empty.
+/// Parses two numbers, "0.3,3"; unset if the text is empty.
 Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text) {
   if (text.empty()) return std::optional<std::array<double, 2>>();
   const std::vector<std::string> ends = CommaSeparated(text);
@@ -148,7 +148,8 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
   return BadValue("white_range", text, " is invalid; expected two times in seconds, as in 0.3,3");
 }
 
-/// The formats of --to, for the folder of --output.
+/// The formats of --to, which need --output. Error (usage): a format is not for noise, or no
+/// folder.
 Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   std::vector<FormatInfo> formats;
   for (const std::string& name : CommaSeparated(FLAGS_to)) {
@@ -166,7 +167,7 @@ Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   return formats;
 }
 
-/// The contents of the folder of --output: paths and texts.
+/// The paths and texts of the files for the folder of --output.
 Result<FileTexts> TextsOf(const AllanResult& result, const std::vector<FormatInfo>& formats) {
   FileTexts files = {{InOutput("allan.yaml"), AllanToYaml(result)},
                      {InOutput("allan.svg"), AllanSvg(result)}};
@@ -237,7 +238,7 @@ Command InitCommand() {
 build/truetriad calibrate -c unit.yaml -o out/unit)",
       .details =
           R"(Prints the experiment that `calibrate LOG` makes for itself, with comments on what to state.
-Paths in it are as seen from the folder of -o, or from the current one: keep it there.
+Its paths are relative to the folder of -o, or without -o to the current folder: keep the file there.
 )",
       .flags = "input=LOG,...! output=FILE",
       .more_words = "input",
@@ -250,7 +251,8 @@ Command CheckCommand() {
       .summary = "Is this experiment valid?",
       .examples = R"(build/truetriad check configs/experiments/joint.yaml)",
       .details =
-          R"(Reads the experiment and its presets, but no log. Exit code 2: what is wrong, each with its line.
+          R"(Reads the experiment and its presets, but no log. Exit code 2: there are mistakes; each is printed
+with its line.
 )",
       .flags = "config! set*",
       .words = {"config"},
@@ -284,7 +286,7 @@ build/truetriad allan --input=out/at-rest/recording.yaml --output=out/allan)",
           R"(Computes the overlapping Allan deviation of a log of a unit at rest (an hour or more) and,
 with 95 % intervals, noise density N, bias instability B, rate random walk K and
 quantisation Q. With --output, writes DIR/allan.yaml and DIR/allan.svg; with --report, a page;
-see docs/allan.md. --to adds what other programs read, of the log alone: Kalibr's imu.yaml, OpenVINS'
+see docs/allan.md. --to adds files for other programs, from this log alone: Kalibr's imu.yaml, OpenVINS'
 kalibr_imu_chain.yaml, ROS 2 parameters. Exit code 3: a sensor was not at rest, and its coefficients are not stated.
 )",
       .flags = "input! output to=FORMAT[,FORMAT] report rate_hz white_range",

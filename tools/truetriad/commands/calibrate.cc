@@ -51,20 +51,20 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The calibration of one instance of the sensors.
+/// The task of calibrating one instance of the sensors.
 struct Task {
   Experiment experiment;
   std::string folder;
   std::string initial_yaml;  // the generated experiment, if none was given
   std::optional<LoadedPoses> first;
   bool has_report = true;
-  int instance = 0;              // of the sensors
-  bool has_others = false;       // other sensors of the same log have a task, too
-  std::optional<Error> refusal;  // why its recording is unreadable
-  // Makes the task without sensors that prevent a result for the others; `lost`: the reasons.
+  int instance = 0;              // number of the instance
+  bool has_others = false;       // other instances in the log have a task, too
+  std::optional<Error> refusal;  // why the recording is unreadable
+  // Makes the task anew without sensors that prevent a result for the others.
   std::function<Result<Task>(const PerTriad<bool>& left_out)> without;
   PerTriad<bool> left_out = {};
-  Findings lost;
+  Findings lost;  // why sensors were left out
 };
 
 /// The calibration in a folder.
@@ -79,14 +79,14 @@ std::vector<Drawing> AllanDrawings(const Task& task) {
     const std::string& file = task.experiment.allan_files[triad];
     if (file.empty() || !task.experiment.options.triads[triad].enabled) continue;
     Result<AllanResult> allan = ReadAllanFile(file);
-    if (!allan) continue;  // Unlikely: the calibration has read it before.
+    if (!allan) continue;  // Unlikely: the calibration has read the file before.
     std::erase_if(allan->triads, [&](const AllanTriad& other) { return other.triad != triad; });
     drawings.push_back(AllanDrawing(*allan));
   }
   return drawings;
 }
 
-/// A calibration and its input.
+/// A calibration with its task and poses.
 struct Done {
   Task task;
   std::optional<Calibration> there;  ///< The previous result.
@@ -97,8 +97,8 @@ struct Done {
   std::string Path(const std::string& name) const {
     return (fs::path(task.folder) / name).string();
   }
-  /// Whether the previous result must be kept beside the new one: the previous one has parameters,
-  /// and the new one lacks them, or those of a sensor, or the serial number.
+  /// Whether the previous result must be kept beside the new one: it has parameters, and the new
+  /// result lacks all of them, those of a lost sensor, or the serial number (unless --overwrite).
   bool StaysBeside() const {
     if (!there || !there->IsUsable()) return false;
     const bool loses = std::ranges::any_of(
@@ -106,7 +106,7 @@ struct Done {
     if (loses || !calibration.IsUsable()) return true;
     return !FLAGS_overwrite && calibration.serial.empty() && !there->serial.empty();
   }
-  /// The exit code by this result alone, whether or not other sensors block the device.
+  /// The exit code by this result alone, as if no other sensor blocked the device.
   int exit_code() const {
     if (!calibration.IsUsable() || !task.lost.empty()) return kExitNotEnough;
     const std::vector<Decision>& decisions = calibration.decisions;
@@ -114,11 +114,11 @@ struct Done {
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
     return own == Verdict::kFail ? kExitOutsideLimits : kExitGood;
   }
-  /// For comparing results; 0: good. Outside its limits, a unit at least has parameters: 1.
+  /// Ranks results, good ones at 0. A unit outside its limits (1) still has parameters.
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
-/// Blocks delivery by the previous result if it is kept beside that of a later, failed recording.
+/// If a later recording gave no result, the previous result is kept; this blocks its delivery.
 Status HoldBackEarlier(const Done& by) {
   if (by.calibration.IsUsable()) return {};
   Calibration earlier = *by.there;
@@ -140,11 +140,11 @@ Finding RefusalOfReading(Error error) {
   for (std::size_t end = 0; (end = message.find('\n', end)) != std::string::npos;)
     message.replace(end, 1, "; ");
   Finding refusal = RefusalOf(error, code.value_or(FindingCode::kNoReadings));
-  if (!error.finding) refusal.remedy.clear();  // The error's message states one.
+  if (!error.finding) refusal.remedy.clear();  // The error's message states a remedy.
   return refusal;
 }
 
-/// The result for sensors with an unreadable recording, beside others of the device: the reason.
+/// The result for sensors whose recording is unreadable, if others of the device have results.
 Calibration Unread(const Experiment& experiment, const Error& error) {
   Calibration calibration;
   calibration.serial = experiment.serial;
@@ -156,7 +156,7 @@ Calibration Unread(const Experiment& experiment, const Error& error) {
   return calibration;
 }
 
-/// An opener of recordings that leaves out some sensors; unset if there are none to leave out.
+/// An opener of recordings that leaves out the sensors `left_out`; unset if there are none.
 RecordingOpener Leaving(const PerTriad<bool>& left_out) {
   if (left_out == PerTriad<bool>()) return {};
   return [left_out](const std::string& input, OpenRecordingOptions options) {
@@ -175,17 +175,17 @@ Result<Calibration> CalibrationFor(Task* task, PoseSet* poses) {
                              Leaving(task->left_out));
 }
 
-/// The finding on a sensor whose readings an error refuses; unset: the error is about no sensor.
+/// The finding on the sensor whose readings the error refuses; unset: the error is about no sensor.
 std::optional<Finding> RefusedSensor(Error error) {
-  // The key is like "applied.gyroscope"; if there are several complaints, it is that of the first.
+  // The key is like "applied.gyroscope". If the error has several lines, the key is of the first.
   const std::optional<Triad> triad = TriadFromName(error.key.substr(error.key.rfind('.') + 1));
   if (!triad || error.kind() != ErrorKind::kBadInput) return std::nullopt;
   error.message.erase(std::min(error.message.find('\n'), error.message.size()));
   return RefusalOfReading(std::move(error)).About(*triad);
 }
 
-/// If a sensor's refused readings prevent a result for the others of its instance, calibrates the
-/// others; with limits there is no result, since a device with a broken sensor fails.
+/// If the refused readings of a sensor prevent a result for the other sensors of its instance,
+/// calibrates the others. With limits there is no result: a device with a broken sensor fails.
 Result<Calibration> WithoutRefused(Result<Calibration> made, Task* task, PoseSet* poses) {
   if (made) return made;
   Task rest = *task;
@@ -237,7 +237,7 @@ Result<Done> Calibrated(Task task) {
   return Done{std::move(task), std::move(there), std::move(calibration), std::move(poses), {}};
 }
 
-/// Writes a result, and adds to `aside` the names of files that it must not replace.
+/// Writes a result into `files`. `aside` gets the names of existing files that must be kept.
 Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   const Task& task = done->task;
   std::error_code failure;
@@ -252,7 +252,7 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
     if (!there || *there != task.initial_yaml) aside->emplace_back("experiment.yaml");
     TRUETRIAD_RETURN_IF_ERROR(files->Write(path, task.initial_yaml));
   }
-  // The calibration comes last, so that the other files of a result exist if it does.
+  // The calibration comes last: if it exists, the other files of the result exist, too.
   if (task.has_report) {
     TRUETRIAD_RETURN_IF_ERROR(
         files->Write(done->Path("report.html"),
@@ -267,8 +267,8 @@ Status Write(Done* done, std::vector<std::string>* aside, WholeFiles* files) {
   return files->Write(done->Path("calibration.yaml"), CalibrationToYaml(done->calibration));
 }
 
-/// The sensor instance of a result folder's name: "instance-2"; unset: another name, or that of an
-/// earlier log.
+/// The sensor instance in the name of a result folder, "instance-2"; unset: any other name, such as
+/// "instance-2.previous".
 std::optional<int> InstanceOf(const std::string& name) {
   constexpr std::string_view kPrefix = "instance-";
   int instance = 0;
@@ -278,7 +278,7 @@ std::optional<int> InstanceOf(const std::string& name) {
   return read.ec == std::errc() && read.ptr == end ? std::optional(instance) : std::nullopt;
 }
 
-/// The folders of earlier results for sensors other than `all`.
+/// The folders of earlier results for sensor instances that are not in `all`.
 std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
   std::vector<fs::path> others;
   std::error_code failure;
@@ -293,7 +293,7 @@ std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
   return others;
 }
 
-/// Why one sensor, named by `instance`, blocks the delivery of its device; unset: it does not by
+/// Why the result of one `instance` blocks the delivery of the device; unset: it does not by
 /// itself.
 std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
   const std::vector<Decision>& decisions = calibration.decisions;
@@ -313,17 +313,17 @@ std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::st
                   .is_automatic = true};
 }
 
-/// HeldBackBy for the result in `folder`, of other sensors of the device.
+/// HeldBackBy for the result in `folder` of another instance, if it is of the device `serial`.
 std::optional<Decision> HeldBackByOther(const fs::path& folder, const std::string& serial) {
   const std::optional<Calibration> there = ThatIn(folder);
   if (!there || there->serial != serial) return std::nullopt;
   return HeldBackBy(*there, folder.filename().string());
 }
 
-/// Renames results for sensors that an earlier log had and this one lacks to instance-N.previous,
-/// unless they block the device.
+/// If an earlier log had instances that this log lacks, renames their results to
+/// instance-N.previous, unless they block the device.
 Status MoveOtherInstancesAside(const std::vector<Done>& all) {
-  // A single instance of a log replaces only its own result.
+  // With --instance only the result of that instance is replaced.
   if (!FLAGS_instance.empty()) return {};
   for (const fs::path& folder : OtherInstances(all)) {
     if (HeldBackByOther(folder, all.front().calibration.serial)) continue;
@@ -334,10 +334,10 @@ Status MoveOtherInstancesAside(const std::vector<Done>& all) {
     if (failure) {
       return Error(ErrorCode::kCannotWrite,
                    {folder.string()},
-                   "is of an earlier log and cannot be renamed to " + to.string() + ": " +
-                       failure.message());
+                   "is of sensors that only an earlier log had, and cannot be renamed to " +
+                       to.string() + ": " + failure.message());
     }
-    Note(folder.string() + ": is of an earlier log with more sensors, and is renamed to " +
+    Note(folder.string() + ": is of sensors that only an earlier log had, and is renamed to " +
          to.filename().string());
   }
   return {};
@@ -369,7 +369,7 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> withdrawn,
                              WithdrawExports(all->front().task.folder, exports.files));
   for (const std::string& file : withdrawn) {
-    Note(file + ": is the renamed export of an earlier result");
+    Note(file + ": is an export of an earlier result, which was renamed to this");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
     const Done& done = (*all)[i];
@@ -381,8 +381,8 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   return exports;
 }
 
-/// A task whose experiment is made to fit the recordings. It accepts settings for sensors that are
-/// left out, or that only other instances (`any`) have.
+/// A task with an experiment that is made from the recordings. --set may also name sensors that are
+/// left out, or that only other instances have (`any`: sensors of all instances).
 Result<Task> InitialTask(const std::vector<std::string>& inputs,
                          const std::string& folder,
                          const PerTriad<bool>& any,
@@ -411,7 +411,7 @@ Result<Task> InitialTask(const std::vector<std::string>& inputs,
   return task;
 }
 
-/// A person's decision about a recording survives its recalibration.
+/// Takes over a person's decisions about the same recording: they survive its recalibration.
 void TakeOverDecisions(Done* done) {
   const auto is_same = [&](const std::optional<Calibration>& earlier) {
     if (!earlier) return false;
@@ -438,8 +438,8 @@ void TakeOverDecisions(Done* done) {
   }
 }
 
-/// A result that may not be delivered blocks all sensors of its device, including those calibrated
-/// into the same folder before.
+/// If one result may not be delivered, blocks all sensors of the device. The result may also be an
+/// earlier one of another instance in the same folder.
 void HoldBackTogether(std::vector<Done>* all) {
   std::optional<Decision> held_back;
   for (const Done& done : *all) {
@@ -457,8 +457,8 @@ void HoldBackTogether(std::vector<Done>* all) {
   }
 }
 
-/// Moves an existing folder aside for a new one, and restores it at the end of this object unless
-/// the new one is kept. Meanwhile it is NAME.aside, where the next object finds it after a kill.
+/// Moves an existing folder NAME to NAME.aside to make way for a new one, and moves it back at the
+/// end of this object, unless the new folder is kept. After a kill the next object moves it back.
 class FolderGivesWay {
  public:
   FolderGivesWay() = default;
@@ -473,7 +473,7 @@ class FolderGivesWay {
     if (has_made_parent_) fs::remove(folder_.parent_path(), ignored);
   }
 
-  /// Moves `folder` if it exists. Error (bad input): it cannot be renamed, or contains `input`.
+  /// Moves an existing `folder` aside. Error (bad input): it cannot be renamed or contains `input`.
   Status Take(const fs::path& folder, const fs::path& input) {
     std::error_code failure;
     const fs::path inside = fs::weakly_canonical(input, failure)
@@ -486,7 +486,7 @@ class FolderGivesWay {
     has_made_parent_ = !fs::exists(folder.parent_path(), failure);
     const fs::path aside = folder.string() + ".aside";
     failure.clear();
-    // If a killed run left NAME.aside, the folder beside it is that run's own and is removed.
+    // If a killed run left NAME.aside, NAME is the killed run's own folder and is removed.
     if (fs::exists(aside, failure)) {
       fs::remove_all(folder, failure);
     } else if (fs::exists(folder, failure)) {
@@ -504,9 +504,9 @@ class FolderGivesWay {
     return !folder_.empty() && file.starts_with(folder_.string() + "/");
   }
 
-  /// Keeps the new folder; the old one is removed, or gets a suffix.
+  /// Keeps the new folder. The old one gets the suffix, or without a suffix is removed.
   void Keep(const std::optional<std::string>& suffix) {
-    // While it is removed it must not be called NAME.aside: that would be restored after a kill.
+    // Renamed before it is removed: if a kill left half of NAME.aside, it would be moved back.
     std::error_code ignored;
     const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
@@ -537,8 +537,8 @@ Status CheckIsUnpacked(const std::string& log) {
       "is compressed with gzip, which is supported only for CSV; unpack it first: gunzip " + log);
 }
 
-/// The recordings of the logs by sensor instance; logs of other systems are converted below
-/// `folder`, and `gives_way` moves earlier conversions aside.
+/// The recordings of the logs by sensor instance. Logs of other systems are converted below
+/// `folder`; `gives_way` gets the earlier conversions that were moved aside.
 Result<std::map<int, std::vector<std::string>>> RecordingsOf(
     const std::vector<std::string>& logs,
     const std::string& folder,
@@ -568,8 +568,8 @@ Result<std::map<int, std::vector<std::string>>> RecordingsOf(
   return recordings;
 }
 
-/// The sensors in all recordings of a unit, and for each instance those that only others have;
-/// empty for a single recording.
+/// `any`: the sensors in all recordings of a unit. `others`: for each instance, the sensors that
+/// only other instances have. Both are empty for a single recording.
 struct Recorded {
   PerTriad<bool> any = {};
   std::map<int, PerTriad<bool>> others;
@@ -593,8 +593,8 @@ Recorded SensorsIn(const std::map<int, std::vector<std::string>>& recordings) {
   return found;
 }
 
-/// The task of one sensor instance: by `experiment`, or without one by its recordings. It does not
-/// need sensors that only `others` have or that are `left_out`.
+/// The task of one sensor instance: by `experiment` or, without an experiment, made from `inputs`.
+/// The task leaves out sensors that only `others` have or that are `left_out`.
 Result<Task> TaskFor(const std::vector<std::string>& inputs,
                      const std::string& folder,
                      const std::optional<Experiment>& experiment,
@@ -616,12 +616,12 @@ Result<Task> TaskFor(const std::vector<std::string>& inputs,
   return made;
 }
 
-/// One task for each sensor instance in the logs; the first uses the folder itself. `converted`:
-/// earlier conversions that were moved aside.
+/// One task for each sensor instance in the logs. The first task uses the output folder itself.
+/// `converted` gets the earlier conversions that were moved aside.
 Result<std::vector<Task>> TasksFor(std::vector<std::string> logs,
                                    std::deque<FolderGivesWay>* converted) {
   std::vector<Task> tasks;
-  std::optional<Experiment> experiment;  // Of all tasks, once it is known.
+  std::optional<Experiment> experiment;  // Of all tasks; without --config each makes its own.
   if (!FLAGS_config.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
     TRUETRIAD_ASSIGN_OR_RETURN(experiment, ReadExperiment(FLAGS_config, overrides));
@@ -682,7 +682,7 @@ Findings FindingsOf(const std::vector<Done>& all, Findings of_exports) {
   return findings;
 }
 
-/// Describes the worst result; if there are several, names it and the folders of the others.
+/// Describes the worst result. If there are several, states which it is, and lists all of them.
 VerbResult ResultOf(const std::vector<Done>& all, const ExportsBeside& exports) {
   const Done& worst = *std::max_element(all.begin(), all.end(), [](const Done& a, const Done& b) {
     return a.badness() < b.badness();
@@ -761,7 +761,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(suffix);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  // These findings can be avoided by another setup of the vehicle's logging.
+  // If the log is a vehicle's, another setup of its logging may avoid these findings.
   using enum FindingCode;
   const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
   const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
@@ -783,12 +783,12 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   std::deque<FolderGivesWay> converted;
   Result<VerbResult> result = CalibrateLogs(StatedInputs(words), &converted);
   if (result) return result;
-  // If the error names a converted recording, which is removed now, the user must convert it anew.
+  // If the error names a converted recording, which an error removes, tells how to get it again.
   Error error = result.error();
   for (const FolderGivesWay& folder : converted) {
     if (folder.Holds(error.place.file)) {
       error.message +=
-          "; that recording was temporary; to look at it, write it with `truetriad convert`";
+          "; that recording was temporary; `truetriad convert` writes it again, to look at";
     }
   }
   return error;

@@ -60,8 +60,8 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   if (FLAGS_config.empty() && golden.config_yaml.empty()) {
     return Error(ErrorCode::kMissingArgument,
                  FLAGS_golden +
-                     ": does not state by which experiment it was made (it was imported, "
-                     "or simulated); give one with --config");
+                     ": does not state the experiment that it was made by (it was imported or "
+                     "simulated); give one with --config");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> overrides, OverridesAndTags());
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -76,7 +76,7 @@ Result<Experiment> ExperimentOf(const Calibration& golden, std::vector<std::stri
   return experiment;
 }
 
-/// Error (usage): --store names a file of runs, which keeps no checks.
+/// Error (usage): --store names a file of JSON lines, which cannot keep station checks.
 Status CheckStore() {
   if (FLAGS_store.empty()) return {};
   TRUETRIAD_RETURN_IF_ERROR(fleet::CheckStoreUrl(FLAGS_store));
@@ -90,8 +90,8 @@ Status CheckStore() {
 /// Today's recording of the golden unit.
 struct Today {
   Calibration calibration;
-  std::string recording;                ///< Identifies its readings (RecordingOf).
-  std::optional<std::string> recorded;  ///< Unset: its time is unknown.
+  std::string recording;                ///< Identifies the readings (RecordingOf).
+  std::optional<std::string> recorded;  ///< The recording's time; unset: unknown.
 };
 
 Result<Today> TodayOf(const Experiment& experiment) {
@@ -108,16 +108,16 @@ Result<Today> TodayOf(const Experiment& experiment) {
   if (!recorded && stamp) {
     recorded = fleet::RecordedOf(*stamp);
     if (!FLAGS_store.empty()) {
-      Warn(log + ": does not state when it was recorded; its file's time, " + recorded->at +
-           ", is used, which copying may change");
+      Warn(log + ": does not state when it was recorded; the time of the file, " + recorded->at +
+           ", is used instead, but copying may have changed it");
     }
   }
   if (recorded) today.recorded = recorded->at;
   return today;
 }
 
-/// Adds the check to the store of --store. `comparison`: null if today's recording was refused,
-/// which counts as disagreement. If another check counts instead of this one, returns it.
+/// Adds the check to the store of --store. `comparison` is null if today's recording was refused,
+/// which counts as disagreement. If another check counts instead of this one, returns that check.
 Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experiment,
                                                      const Calibration& golden,
                                                      const Today& today,
@@ -144,12 +144,12 @@ Result<std::optional<fleet::StationCheck>> KeepCheck(const Experiment& experimen
   return store->AddStationCheck(check);
 }
 
-/// Whether the check that counts is one of today's recording, too.
+/// Whether the check that counts was made from the same recording as today's.
 bool IsRepeat(const fleet::StationCheck& counting, const Today& today) {
   return !today.recording.empty() && counting.recording == today.recording;
 }
 
-/// The text for a check if another check counts, which then decides about the station.
+/// The text if another check counts, `counting`, which decides about the station instead.
 std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
                             const Today& today) {
   if (!counting) return "";
@@ -196,7 +196,7 @@ Result<VerbResult> Judged(const Experiment& experiment,
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const auto counting,
                              KeepCheck(experiment, golden, measured, &comparison));
-  // A check that counts instead must agree, too: the first of this recording, or a later one.
+  // If another check counts (the first of this recording, or of a later one), it must agree, too.
   const bool agrees =
       AgreementOf(comparison) == Agreement::kAgree && (!counting || counting->agrees);
   result.exit_code = agrees ? kExitGood : kExitOutsideLimits;
@@ -253,12 +253,12 @@ build/truetriad simulate -c configs/scenarios/consumer-9dof.yaml --set=seed=7 -o
 build/truetriad calibrate out/first-day/recording.yaml -o out/golden
 build/truetriad check-station --golden=out/golden/calibration.yaml out/today/recording.yaml --repeatability=gyroscope.bias=2e-4)",
       .details =
-          R"(Calibrates today's recording of the golden unit by the experiment that its reference was made
-by, and compares the two. Exit code 4: they do not agree (p of all differences together below
-0.01), or it is the recording of the reference itself; 3: today's recording was refused. What the
-unit does by itself between two days, above all its biases, is no fault of the station: state it
+          R"(Calibrates today's recording of the golden unit by the experiment of its reference, and compares
+this calibration with the reference. Exit code 4: they do not agree (p of all differences together
+below 0.01), or the reference was made from the same recording; 3: today's recording was refused. The unit
+itself changes between two days, above all its biases; this is no fault of the station, so state it
 with --repeatability. With --store and --tag=station=NAME the store keeps the outcome, for --require-golden
-of fleet run and fleet watch, and the station agrees as the golden unit's last recording there does.
+of fleet run and fleet watch; the golden unit's last recording at a station decides whether the station agrees.
 )",
       .flags = "golden! input=LOG,... config repeatability store set* tag*",
       .more_words = "input",

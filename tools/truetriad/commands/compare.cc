@@ -45,8 +45,8 @@ bool IsCalibration(const std::string& path) {
   return ("\n" + head).find("\nformat: truetriad/calibration/") != std::string::npos;
 }
 
-/// Sorts files by contents, whatever their order. If no file is a calibration, the first word is
-/// taken for one, so that its reader reports what is wrong.
+/// Tells calibrations from logs by contents, whatever the order of the files. If two files are not
+/// one of each, the first is treated as the calibration, so that a reader reports what is wrong.
 Status SortFiles(const std::vector<std::string>& words,
                  std::vector<std::string>* calibrations,
                  std::string* log) {
@@ -134,8 +134,8 @@ Result<VerbResult> RunEvaluate(const std::vector<std::string>& words) {
 
 constexpr char kDiffer[] = "differ";
 constexpr char kSameReadings[] =
-    "Both were made from the same readings, so they share their noise and agree better than two "
-    "separate recordings would.";
+    "Both were made from the same readings, so they share the noise and agree better than "
+    "calibrations from two recordings would.";
 
 Result<VerbResult> RunCompare(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kDiffer));
@@ -162,13 +162,13 @@ Command EvaluateCommand() {
               R"(build/truetriad calibrate --config=configs/experiments/joint.yaml --output=out/demo
 build/truetriad evaluate --calibration=out/demo/calibration.yaml --input=datasets/demo/recording.csv)",
           .details =
-              R"(Use a separate recording: of the one that the calibration was made from (as in this
-example) it says that this is no test. With --fail-on=worse exit code 4 says that the errors are not
-those predicted, or that nothing could be said.
+              R"(Use a separate recording: if the calibration was made from this one (as in this
+example), the result says that this is no test. With --fail-on=worse, exit code 4 says that the errors
+are not as predicted, or that they could not be judged.
 
-`truetriad evaluate A.yaml B.yaml LOG` has two calibrations side by side, a new one and what the vehicle
-carries (`import`): whose errors are smaller, and how many times. With --fail-on=worse exit code 4 says
-that one of A's is larger, or that A was made from this recording.
+`truetriad evaluate A.yaml B.yaml LOG` compares two calibrations, such as a new one and that of the
+vehicle (`import`): whose errors are smaller, and how many times. With --fail-on=worse, exit code 4 says
+that an error of A is larger, that nothing could be compared, or that A was made from this recording.
 )",
           .flags = "calibration! input! poses fail-on=worse report",
           .words = {"calibration", "input"},
@@ -185,9 +185,9 @@ Command CompareCommand() {
 build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml --output=out/b
 build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml)",
       .details =
-          R"(The body frames are aligned first, so the frame conventions may differ; where different sensors lead,
-biases and C^T C are compared, which no frame changes. The two calibrations are
-assumed to be independent. With --fail-on=differ exit code 4 says that they do not agree, or that
+          R"(The body frames are aligned first, so the frame conventions may differ. If different sensors lead the
+frames, only biases and C^T C are compared, which do not depend on the frame. The two calibrations are
+assumed to be independent. With --fail-on=differ, exit code 4 says that they do not agree, or that
 nothing could be compared.
 )",
       .flags = "a! b! fail-on=differ report",

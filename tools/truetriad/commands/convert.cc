@@ -45,7 +45,7 @@ DEFINE_string(columns,
 DEFINE_string(
     layout,
     "",
-    "FILE.msg: file with the definition of a ROS message type (.msg), where the bag has none");
+    "FILE.msg: file with the definition of a ROS message type (.msg), if the bag has none");
 DEFINE_bool(list, false, "only list what the log contains: topics, instances, variables");
 
 namespace truetriad {
@@ -78,7 +78,7 @@ constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"parquet", "Parquet table (.parquet)", kNode},
 }};
 
-/// Endings of file names that identify the format of a folder.
+/// If a folder has a file whose name ends so, the folder has this format.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFolders = {
     {{".db3", "ros2-db3"},
      {".mcap", "mcap"},
@@ -110,12 +110,13 @@ std::string TextOf(const Captured& stream) {
   return text;
 }
 
-/// The path of a program of this distribution. Error (usage): it is missing; the message begins
-/// with the `flag` that needs it and states what to install.
+/// The path of a program of this distribution. Error (usage): the program is missing. The message
+/// begins with the `flag` that needs the program, and states what to install.
 Result<std::string> FindProgram(const std::string& program,
                                 const std::string& flag,
                                 std::string_view needs) {
-  // In a build tree without Node's packages it is beside its scripts, and reports what is missing.
+  // In a build tree without Node's packages the program is found in convert-node/bin, and reports
+  // that they are missing.
   for (const std::string& name : {program, "convert-node/bin/" + program}) {
     if (const std::optional<std::string> found = FindCompanion(name)) return *found;
   }
@@ -150,7 +151,7 @@ const LogFormat* FindLogFormat(std::string_view name) {
 }
 
 /// Runs the format's converter with --topic, --instance, --columns, --units and --layout. With
-/// `captures` nothing is shown, and the converter's error is returned. Error (usage): the program
+/// `captures` nothing is shown, and the converter's error is returned. Error (usage): the converter
 /// is missing; the message states what to install.
 Result<ProgramRun> RunLogConverter(const LogFormat& format,
                                    const std::string& log,
@@ -313,7 +314,7 @@ Result<ProgramRun> RunProgram(const std::string& program,
   }
   constexpr int kCannotStart = 127;  // As the shell's exit code.
   if (child == 0) {
-    // A child without a parent must not write into a folder that another process may use.
+    // If the parent is gone, the child must not write into a folder that another process may use.
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (getppid() != parent || dup2(out_to, STDOUT_FILENO) < 0 || dup2(err_to, STDERR_FILENO) < 0) {
       _exit(kCannotStart);
@@ -375,8 +376,8 @@ Command ConvertCommand() {
 build/truetriad inspect --input=out/foreign/recording.yaml)",
       .details = R"(
 Writes DIR/recording.yaml and its CSV files, the --input of every verb. The complete parts
-of a damaged log are converted and the rest is counted. A mapping writes only the
-manifest, which refers to the log in place; separate several files by commas. Details of
+of a damaged log are converted and the rest is counted. With a mapping, only the manifest is
+written, which refers to the log in place; separate several files by commas. Details of
 each format: docs/converting.md.
 )",
       .list = FormatList,

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::string_view kFindingsHead = R"(# Reasons
 
-Printed by `truetriad explain`, of one code by `truetriad explain CODE`.
+Printed by `truetriad explain`; `truetriad explain CODE` prints one code.
 
 Findings are in `status.findings` of calibration.yaml and at the head of each report; [errors](#errors) leave no result. Codes are
 never renamed. A *warning* may make the result worse than it looks; a *refusal* makes it unusable, and the first one sets
@@ -31,7 +31,7 @@ never renamed. A *warning* may make the result worse than it looks; a *refusal* 
 constexpr std::string_view kErrorsHead = R"(
 ## Errors
 
-On stderr, and with `--json` as `error`, with the message and, where it is known, `file`, `line` and `column`.
+Printed on stderr, and with `--json` as `error`, with the message and, if known, `file`, `line` and `column`.
 
 | code | exit | what it means | what to do |
 |---|---|---|---|
@@ -46,7 +46,7 @@ constexpr std::string_view kRunsHead = R"(
 
 bool MayRefuse(const FindingKind& kind) { return kind.outcome != Outcome::kConverged; }
 
-/// "warning", or "warning or refusal" for a kind that refuses in some runs.
+/// "warning", or "warning or refusal" for a kind that is a refusal in some runs.
 std::string SeverityOf(const FindingKind& kind) {
   const bool depends = kind.severity != Severity::kRefusal && MayRefuse(kind);
   return depends ? "warning or refusal" : std::string(SeverityName(kind.severity));
@@ -88,7 +88,7 @@ std::string Paragraph(std::string_view name,
   return text;
 }
 
-/// A code can belong to a finding and to an error.
+/// Explains `codes`, or all if there are none. A code can be that of a finding and of an error.
 VerbResult Explained(const std::vector<std::string>& codes) {
   const auto is_asked = [&codes](std::string_view name) {
     return codes.empty() || std::find(codes.begin(), codes.end(), name) != codes.end();
@@ -162,8 +162,8 @@ Command ExplainCommand() {
       .summary = "What does a finding or an error mean, and what do I do about it?",
       .examples = R"(build/truetriad explain clock-offset unknown-key)",
       .details =
-          R"(CODE is what stands behind a finding in reports, and `code` in calibration.yaml and JSON. Without one
-it lists all, as docs/reasons.md does.
+          R"(CODE stands behind each finding in reports, and is `code` in calibration.yaml and JSON. Without CODE
+all codes are listed, as in docs/reasons.md.
 )",
       .values = {{"code", AllCodes()}},
       .more_words = "code",

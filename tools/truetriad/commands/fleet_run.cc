@@ -33,7 +33,7 @@ DEFINE_bool(resume,
             false,
             "skip logs that have not changed since their last run, if the store has that run with "
             "the same experiment, program, serial number and tags");
-DEFINE_string(shard, "", "I/N: I/N: only that part of the units, I from 0 to N-1");
+DEFINE_string(shard, "", "I/N: calibrate only part I of N parts of the units, I from 0 to N-1");
 DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
 DEFINE_string(poll,
               "",
@@ -55,13 +55,13 @@ DEFINE_string(assets,
               "files that all pages use");
 DEFINE_string(serial,
               "",
-              "PATTERN: how logs are named, to take serial numbers from there: {serial} and * for "
-              "anything else, as in {serial}-*.csv");
+              "PATTERN: pattern of the logs' names, from which serial numbers are taken: {serial}, "
+              "and * for anything else, as in {serial}-*.csv");
 DEFINE_string(time_limit, "120", "SECONDS: seconds that a unit may take");
 DEFINE_string(memory_limit, "2048", "MB: MB of address space that a unit may take");
 DEFINE_string(retest_counts,
               "",
-              "last|first|best: which run of a unit that is measured again counts: last (default), "
+              "last|first|best: which run counts if a unit is measured again: last (default), "
               "first or best; the store keeps the choice");
 DEFINE_string(retest_most,
               "",
@@ -102,7 +102,7 @@ Result<fleet::WorkPlan> StatedPlan() {
   TRUETRIAD_ASSIGN_OR_RETURN(plan.allows_outside_limits, AllowsOutsideLimits());
   TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("assets", FLAGS_assets, {"inline", "shared"}));
   plan.shares_assets = plan.has_report && FLAGS_assets == "shared";
-  // The path is absolute, so that it is valid wherever the store is read.
+  // The store keeps the path, which is absolute to be valid wherever the store is read.
   plan.folder = (fs::absolute(FLAGS_output) / "units").lexically_normal().string();
   return plan;
 }
@@ -127,7 +127,7 @@ Status StateRetestPolicy(fleet::Store& store) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::StoreHeader before, store.Header());
   TRUETRIAD_RETURN_IF_ERROR(store.StateRetestPolicy(policy));
   if (before.policy || policy == fleet::RetestPolicy()) return {};
-  // A store in JSON lines that has runs accepts no new policy.
+  // A store of JSON lines that already has runs has refused the new policy above.
   const Result<fleet::Table> runs = store.Query("SELECT 1 FROM run LIMIT 1");
   if (runs && !runs->rows.empty()) {
     FleetTalk().Listener().on_warning(
@@ -136,13 +136,12 @@ Status StateRetestPolicy(fleet::Store& store) {
         (!policy.most       ? "runs"
          : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
                             : "runs of its first recording") +
-        " counts, also for units in the store; so far the last run of all counted");
+        " counts, also for units in the store; before, the last of all runs counted");
   }
   return {};
 }
 
-/// Asks the store whether --require-golden permits calibration; empty without that flag. Error
-/// (usage): the flag, or no station is stated although not each unit states its own.
+/// Asks the store why --require-golden forbids a calibration at `station`; empty without that flag.
 using GoldenHold = std::function<Result<std::optional<std::string>>(const std::string& station)>;
 
 Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
@@ -160,20 +159,20 @@ Result<GoldenHold> StatedGoldenHold(const fleet::WorkPlan& plan,
   });
 }
 
-/// Creates the folder of the units' folders and the files that their reports share.
+/// Creates the folder for the units' folders, and the files that the reports share.
 Status PrepareUnitsFolder(const fleet::WorkPlan& plan) {
   TRUETRIAD_RETURN_IF_ERROR(EnsureWritableDirectory(plan.folder));
   return plan.shares_assets ? fleet::WriteSharedAssets(plan.folder) : Status();
 }
 
-/// Opens the store, sets its retest policy (if flags state one) and the shard, and records in the
-/// plan which store it is, independent of its name. Errors as OpenStore.
+/// Opens the store, sets its shard and, if flags state one, its retest policy. Records in the plan
+/// the store's identity and name. Errors as OpenStore.
 Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
                                                       fleet::WorkPlan* plan) {
   const std::string usual = InOutput("fleet.db");
   const std::optional<std::string> file = fleet::FileOfStore(StatedStore());
   std::error_code failure;
-  // Only shards write files of their own beside the usual store.
+  // Files of JSON lines are those of shards and belong beside the usual store.
   const bool is_beside_another = file && !fleet::JsonLinesPath(StatedStore()) &&
                                  fs::exists(usual, failure) && !fs::exists(*file, failure);
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
@@ -190,8 +189,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   return store;
 }
 
-/// The calibration options from flags; creates the output folder (default `fleet`) and that of the
-/// units in it. Error (usage, bad input): a flag or the experiment.
+/// The options of the calibrations, from flags; sets the default of --output, `fleet`. Error
+/// (usage, bad input): a flag or the experiment is wrong.
 Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
   if (!FLAGS_progress.empty()) {
@@ -216,7 +215,7 @@ Result<fleet::FleetOptions> StatedFleetOptions() {
   return options;
 }
 
-/// The flags of a verb that calibrates units: `own` and the common ones.
+/// The flags of a verb that calibrates units: `own` flags and those common to such verbs.
 std::string FleetFlags(const std::string& own) {
   return own +
          " config output store jobs serial to outside-limits report=true|false assets set* tag* "
@@ -329,10 +328,11 @@ Command FleetRunCommand() {
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false)",
       .details =
-          R"(Units are calibrated in --jobs processes: what crashes one, hangs or needs too much memory is that
-unit's run. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; those of before stay. A list is
-a CSV with columns log, serial, recorded and tags. Exit code 0: all were processed; with --fail-on=unit 4, if
-one is not good. SIGTERM ends it after the units in hand; --resume goes on.
+          R"(Units are calibrated in --jobs processes: if a log crashes its process, hangs or needs too much
+memory, only the run of its unit fails. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; earlier
+ones stay. A file that lists logs is a CSV with columns log, serial, recorded and tags. Exit code 0: all units
+were processed; with --fail-on=unit, 4 if a unit is not good. SIGTERM ends the command after the units in
+hand; --resume goes on.
 )",
       .flags = FleetFlags("units-of resume shard"),
       .more_words = "units-of",
@@ -346,10 +346,10 @@ Command FleetWatchCommand() {
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5)",
       .details =
-          R"(As fleet run, of logs that are there without a run, and then of each that arrives in FOLDER or below
-it, once two looks have found it the same; one that arrives again changed is a new run. A recording.yaml counts
-once all files that it names are there and have stayed the same; with --until-idle in the end as it is.
-Ends on SIGTERM after the units in hand, exit code 0.
+          R"(Like fleet run, for logs in FOLDER or below it that have no run yet, and then for each log that
+arrives there, once two looks have found it unchanged. If a log arrives again and has changed, it gets a new run.
+A recording.yaml is calibrated once all files that it names are there and unchanged; with --until-idle, at the
+end as it is. SIGTERM ends the command after the units in hand, with exit code 0.
 )",
       .flags = FleetFlags("folder! poll until-idle"),
       .words = {"folder"},

@@ -34,7 +34,7 @@ DEFINE_bool(csv, false, "print CSV");
 DEFINE_string(runs, "standing", "WHICH: standing (the run that counts for each unit) or all");
 DEFINE_bool(unfinished,
             false,
-            "take files of shards, too, that are still being written or were cut off");
+            "also take files of shards that are still being written or were cut off");
 DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
 DEFINE_string(who, "", "NAME: who decides");
 DEFINE_string(verdict, "", "VERDICT: the verdict on the unit from now on");
@@ -43,14 +43,15 @@ DEFINE_bool(wrong_serial,
             false,
             "the log is of another unit, and may be run again under that unit's number; to take "
             "this back, give --wrong-serial=false");
-DEFINE_string(run,
-              "",
-              "RUN: the run whose serial number was wrong, where the unit has several recordings");
+DEFINE_string(
+    run,
+    "",
+    "RUN: the run whose serial number was wrong; needed if the unit has several recordings");
 
 namespace truetriad {
 namespace {
 
-/// The query for --where alone: the current run of each unit.
+/// The query of --sql, or without it the run that counts for each unit, selected by --where.
 std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
   return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
@@ -73,7 +74,7 @@ std::string CsvOf(const fleet::Table& table) {
   return text;
 }
 
-/// Control characters are replaced on a terminal; a file or another program gets the bytes.
+/// If stdout is a terminal, replaces control characters; a file or a program gets the bytes as is.
 std::string ForStdout(std::string text) {
   return isatty(STDOUT_FILENO) == 1 ? Printable(text) : std::move(text);
 }
@@ -86,12 +87,12 @@ std::string Flat(std::string text) {
   return text;
 }
 
-/// A cell as shown to people: of binary data only the number of bytes.
+/// A cell as shown to people; for binary data, the number of bytes.
 std::string Shown(const fleet::Table& table,
                   std::size_t column,
                   const std::optional<std::string>& field) {
   if (!field || !table.are_bytes[column]) return Flat(field.value_or(""));
-  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two digits are one byte.
+  return "<blob " + std::to_string(field->size() / 2) + " bytes>";  // Two hex digits are one byte.
 }
 
 std::string TextOf(const fleet::Table& table) {
@@ -147,8 +148,8 @@ Result<VerbResult> RunFleetQuery(const std::vector<std::string>&) {
 
 constexpr char kStandingRuns[] = "standing", kAllRuns[] = "all";
 
-/// Writes the typed table beside the output, and runs the optional program that converts it to
-/// Parquet.
+/// Writes the table with its types beside the output, and runs the optional program that converts
+/// this table to Parquet.
 Result<std::size_t> ExportParquet(fleet::Store& store, const fleet::RunSelection& which) {
   TRUETRIAD_RETURN_IF_ERROR(WholeFile(FLAGS_output).status());
   TRUETRIAD_ASSIGN_OR_RETURN(const std::string program,
@@ -187,7 +188,7 @@ Result<VerbResult> RunFleetExport(const std::vector<std::string>&) {
                     .result = {{"file", FLAGS_output}, {"format", FLAGS_to}, {"runs", runs}}};
 }
 
-/// "1, 4 and 7 further ones"
+/// The numbers of `shards`: "1, 4 and 7 further ones".
 std::string ShardList(const std::vector<int>& shards) {
   constexpr std::size_t kMost = 20;  // About a line.
   std::string text;
@@ -224,7 +225,7 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   }
   if (collected.copies.size() > kMostCopies) {
     Warn("and " + std::to_string(collected.copies.size() - kMostCopies) +
-         " further units with the readings of another");
+         " further units that have the readings of another unit");
   }
   Findings warnings;
   for (const std::string& note : collected.notes) {
@@ -235,7 +236,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   Json shown = Json::array();
   for (const std::string& source : sources) shown.push_back(fleet::ShownStore(source));
   return VerbResult{
-      // The store is complete, but files of units that may not be delivered are unchanged.
+      // Exit code 4: the store is complete, but files of units that may not be delivered could not
+      // be changed, or units share readings.
       .exit_code =
           collected.unsafe.empty() && collected.copies.empty() ? kExitGood : kExitOutsideLimits,
       .text = std::to_string(collected.runs) + (collected.runs == 1 ? " run in " : " runs in ") +
@@ -307,7 +309,7 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   text += verdict == Verdict::kPass ? "Export again what is needed.\n"
                                     : "Its exports elsewhere are unchanged.\n";
-  // The store is updated, but files of a unit that may not be delivered are unchanged.
+  // Exit code 4: the store is updated, but files of a unit not to be delivered are unchanged.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
                     .result = {{"disposition", added.id},
@@ -322,17 +324,17 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetQueryCommand() {
-  return {
-      .name = "fleet query",
-      .summary = "What does the store say? In SQL, or of runs with some property.",
-      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+  return {.name = "fleet query",
+          .summary = "What does the store say? In SQL, or of runs with some property.",
+          .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet query --store=out/day/fleet.db --where="final_verdict = 'NO_LIMITS'")",
-      .details = R"(Nothing can be changed. Without a question: of every unit the run that counts.
+          .details =
+              R"(Nothing can be changed. Without SQL, the run that counts is printed for each unit.
 )",
-      .flags = "store! sql where csv",
-      .words = {"sql"},
-      .run = RunFleetQuery};
+          .flags = "store! sql where csv",
+          .words = {"sql"},
+          .run = RunFleetQuery};
 }
 
 Command FleetExportCommand() {
@@ -343,8 +345,8 @@ Command FleetExportCommand() {
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv)",
       .details =
-          R"(csv and parquet: a row a run, with the value and sigma of every parameter, and with what is judged. jsonl:
-whole runs, from which `fleet collect` makes the store again; of all runs with --runs=all. parquet needs Node.js.
+          R"(csv and parquet have one row per run, with value and sigma of every parameter and every quantity with a
+limit. jsonl has whole runs, from which `fleet collect` makes the store again if --runs=all. parquet needs Node.js.
 )",
       .flags = "store=FILE! to=FORMAT! output=FILE! runs where",
       .values = {{"to", {"csv", "jsonl", "parquet"}}, {"runs", {kStandingRuns, kAllRuns}}},
@@ -360,10 +362,10 @@ build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 --store
 build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store=out/day/1.jsonl
 build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
       .details =
-          R"(Files of runs and stores, all of the same number of shards. Runs that are in the store stay as they are:
-collecting again adds what has come since. Nothing is added where a source is damaged, or a shard's file not finished.
-A file of runs does not know a unit's other runs: where one may not leave, exports of its other runs are
-withdrawn as they are collected (4: where their files are not here).
+          R"(Sources are files of runs and stores, all with the same number of shards. Runs that the store has stay as
+they are: collecting again adds only new ones. If a source is damaged, or a shard's file is not finished, nothing
+is added. A file of runs does not know a unit's other runs: if the unit may not be delivered, exports of its
+other runs are withdrawn when they are collected (exit code 4 if their files are not here).
 )",
       .flags = "store=FILE! unfinished",
       .more_words = "file",
@@ -378,12 +380,12 @@ Command FleetDisposeCommand() {
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
       .details =
-          R"(It holds until a later decision, or until a later run counts that is of another recording, and for FAIL
-says itself, or by a list, that it was measured later; fleet run then says so. FAIL withdraws what was
-exported of all runs of the unit, and `export` refuses it; PASS is a concession. Calibrations, reports and
-exports state either; the store's runs stay as they are. Readings stay those of the unit as which they
-were first read, until that recording is given up with --wrong-serial, which --wrong-serial=false alone
-takes back.
+          R"(The decision holds until a later decision, or until a later run of another recording counts; after
+FAIL, that recording or a list of logs must state that it was measured later. fleet run then says so. FAIL
+withdraws the exports of all runs of the unit, and `export` refuses the unit; PASS is a concession.
+Calibrations, reports and exports state the decision; the store's runs stay as they are. Readings belong to
+the unit under whose serial number they were first read, until that recording is given up with
+--wrong-serial; only --wrong-serial=false takes this back.
 )",
       .flags = "unit! store! verdict! wrong-serial run who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},

@@ -22,11 +22,11 @@
 #include "truetriad/io/calibration_file.h"
 
 DEFINE_string(study, "", "CONDITION: which runs are a gauge study, as in \"note = 'study'\"");
-DEFINE_string(by, "operator", "TAG: tag that says who or what measured, in a study");
+DEFINE_string(by, "operator", "TAG: tag that states who or what measured in a study");
 DEFINE_string(reference,
               "",
-              "QUANTITY=VALUE: known value of the one unit of a type-1 study, in the limit's unit "
-              "(without a limit: the log's); once for each quantity");
+              "QUANTITY=VALUE: known value of the unit in a type-1 study, in the unit of the limit "
+              "(without a limit: of the log); give it once for each quantity");
 DEFINE_string(golden_due,
               "24h",
               "DURATION: age at which a station's check of its golden unit is overdue");
@@ -34,14 +34,14 @@ DEFINE_int32(baseline,
              200,
              "UNITS: number of units of each station that form the baseline of its control charts; "
              "0: all units");
-DEFINE_int32(points, 0, "COUNT: last points of each control chart that --json holds");
+DEFINE_int32(points, 0, "COUNT: number of last points of each control chart in --json");
 
 namespace truetriad {
 namespace {
 
 using NamedNumbers = std::map<std::string, double>;
 
-/// The values of --reference by quantity. Error (usage): no name or no number.
+/// The values of --reference by quantity. Error (usage): one lacks the name or the number.
 Result<NamedNumbers> References() {
   NamedNumbers references;
   std::istringstream lines(FLAGS_reference);
@@ -76,7 +76,7 @@ Result<fleet::SummaryOptions> Options() {
   }
   TRUETRIAD_ASSIGN_OR_RETURN(NamedNumbers references, References());
   if (!references.empty() && FLAGS_study.empty()) {
-    return Error(ErrorCode::kConflictingArguments, "--reference is for a --study");
+    return Error(ErrorCode::kConflictingArguments, "--reference applies only with --study");
   }
   return fleet::SummaryOptions{.where = FLAGS_where,
                                .study = FLAGS_study,
@@ -131,7 +131,7 @@ build/truetriad fleet run out/line -o out/day --set=limits.accelerometer.bias=0.
 build/truetriad fleet summary --store=out/day/fleet.db)",
       .details =
           R"(What the numbers mean: docs/line.md. --where and --study are conditions in SQL over the
-columns of `standing` and the tags by name. --csv prints a line a quantity.
+columns of `standing` and the tags by name. --csv prints one line per quantity.
 )",
       .flags = "store=FILE! where study by reference* golden-due baseline points csv",
       .run = RunFleetSummary};
@@ -145,7 +145,7 @@ build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17
 build/truetriad fleet report --store=out/day/fleet.db -o out/day/page)",
           .details =
               R"(Writes a folder with index.html, for the disk or any web server; units' reports are
-linked where they are. A page that was written there before is replaced, another index.html never.
+linked where they are. An earlier page of this verb is replaced; any other index.html never is.
 )",
           .flags = "store=FILE! output! where",
           .words = {"store"},

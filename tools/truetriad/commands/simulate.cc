@@ -35,8 +35,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder inside the output folder that is always removed at the end: files get their final paths
-/// only after all of them are complete.
+/// A temporary folder inside the output folder, removed at the end of this object. Files move from
+/// it to their final paths after all of them are complete.
 class Staging {
  public:
   static Result<std::unique_ptr<Staging>> Create(const std::string& output) {
@@ -62,8 +62,8 @@ class Staging {
   fs::path path_;
 };
 
-/// Moves all files below `from` to the same places below `to`; first checks that no move would
-/// fail, so that it does not stop half-way.
+/// Moves all files below `from` to the same places below `to`. It first checks for obstacles, so as
+/// not to stop half-way.
 Status MoveInto(const fs::path& from, const fs::path& to) {
   std::error_code failure;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(from)) {
@@ -90,7 +90,7 @@ Status MoveInto(const fs::path& from, const fs::path& to) {
   return {};
 }
 
-/// A pose table of only attitudes, as from an ideal turntable or robot.
+/// A table of the attitudes of all rests, as an ideal turntable or robot would state them.
 std::string AttitudesCsv(const std::vector<TrueRest>& rests) {
   std::string text =
       "# attitude of every rest (world <- body) and temperature of the sensing elements\n"
@@ -130,7 +130,8 @@ Result<Calibration> WriteRecordingOf(const Scenario& scenario,
   return truth;
 }
 
-/// Writes each session of a unit into its own folder, and beside them the truth with mean biases.
+/// Writes a unit's recording. Several sessions get a folder each, and the truth beside the folders
+/// has the mean of their biases.
 Status WriteUnit(const Scenario& scenario,
                  int index,
                  const fs::path& folder,
@@ -161,8 +162,8 @@ Status WriteUnit(const Scenario& scenario,
   return WriteFileAtomically((folder / "truth.yaml").string(), CalibrationToYaml(*mean));
 }
 
-/// Simulates all units in parallel. Each depends only on the seed and its own number, so the bytes
-/// do not depend on the number of threads. Error: that of a unit; the others are then abandoned.
+/// Simulates all units in parallel. A unit depends only on the seed and its own number, so the
+/// bytes do not depend on the number of threads. Error: a unit failed; no further units are begun.
 /// After a recorded signal, removes the files written so far and ends the program by that signal.
 Status WriteUnits(const Scenario& scenario,
                   const fs::path& folder,
@@ -219,7 +220,7 @@ struct ExpectedSize {
 };
 
 ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
-  // Typical bytes with separators: readings in steps of a thousandth, times in milliseconds.
+  // Typical bytes of a number and of a time, with separator: thousandths, and milliseconds.
   constexpr double kBytesANumber = 7.5, kBytesATime = 11.0;
   ExpectedSize size;
   double numbers = 0.0;
@@ -238,7 +239,7 @@ ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
   return size;
 }
 
-/// Error if the disk lacks room; prints a note if the work takes long.
+/// Error: the disk lacks room. If the recordings are large, prints a note.
 Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Simulation> unit,
                              Simulation::Create(scenario, 0));
@@ -259,7 +260,7 @@ Status CheckRoom(const Scenario& scenario, const fs::path& folder) {
   return {};
 }
 
-/// Error: the files of one unit, written into the output folder itself, would replace its input.
+/// Error: a single unit's files, in the output folder itself, would replace inputs or a program.
 Status CheckKeepsInputs(const Scenario& scenario) {
   if (scenario.count > 1) return {};
   for (const char* name :
@@ -317,7 +318,7 @@ Result<VerbResult> RunSimulate(const std::vector<std::string>&) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Scenario scenario, ReadScenario(FLAGS_config, Overrides()));
   TRUETRIAD_RETURN_IF_ERROR(CheckKeepsInputs(scenario));
   TRUETRIAD_RETURN_IF_ERROR(CheckCanWriteBelow(FLAGS_output));
-  // Called before the first file is created, so that a signal leaves no incomplete files behind.
+  // From here on, before the first file is created, a signal leaves no incomplete files behind.
   NoteInterruptions();
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<Staging> staging, Staging::Create(FLAGS_output));
   TRUETRIAD_RETURN_IF_ERROR(CheckRoom(scenario, staging->path()));
