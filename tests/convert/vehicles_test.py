@@ -356,7 +356,7 @@ class Vehicles(unittest.TestCase):
         warnings = [one["text"] for one in json.loads(done.stdout)["findings"] if one["code"] == "no-readings"]
         self.assertIn("instance 1: magnetometer: ", warnings[0])
         stuck = [one["text"] for one in json.loads(done.stdout)["findings"] if one["code"] == "stuck-readings"]
-        self.assertIn("instance 0: left out", stuck[0])
+        self.assertIn("instance 0: this sensor is left out", stuck[0])
         self.assertIn("the sensor is stuck", stuck[0])
         found = self.parameters("px4.params", "\t", 2)
         self.check_vector(found, "CAL_GYRO0_", "OFF", vehicles.GYROSCOPES[0].bias, 1e-3)
