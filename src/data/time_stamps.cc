@@ -569,12 +569,13 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
   const double squares_before = squares_ns2_, freedom_before = freedom_;
   const std::int64_t soon_ns = std::llround(kSoon * period_ns_);
   const std::int64_t late_ns = std::llround((1.0 + kSoon) * period_ns_);
-  std::size_t begin = 0, soons = 0, lates = 0;
+  std::size_t begin = 0, soons = 0;
+  double missing = 0.0;
   for (std::size_t i = 0; i < stamps_ns.size(); ++i) {
     const std::int64_t step_ns = stamps_ns[i] - std::exchange(last_ns_, stamps_ns[i]);
     soons += step_ns < soon_ns ? 1 : 0;
     if (step_ns <= late_ns) continue;
-    ++lates;
+    missing += std::min(static_cast<double>(step_ns) / period_ns_ - 1.0, kGapSpacings);
     Extend(stamps_ns.subspan(begin, i - begin));
     CloseLine();
     begin = i;
@@ -584,7 +585,7 @@ bool StampWatch::AreEven(std::span<const std::int64_t> stamps_ns) {
   const double most = kJitterThatMatters * period_ns_;
   const auto count = static_cast<double>(stamps_ns.size());
   return static_cast<double>(soons) <= 1.0 + kHiccups * count &&
-         static_cast<double>(lates) <= 1.0 + kOftenLost * count && squares <= most * most * freedom;
+         missing <= kGapSpacings + kOftenLost * count && squares <= most * most * freedom;
 }
 
 void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
@@ -634,7 +635,9 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
     const auto span = static_cast<double>(stamps_ns[k + 1] - stamps_ns[k - 1]);
     const auto around = static_cast<double>(stamps_ns[k + kFurther] - stamps_ns[k - kFurther]);
+    const auto repeats = [&](std::size_t i) { return x[i] == x[k] && y[i] == y[k] && z[i] == z[k]; };
     if (!(span > 0.0) || around > 4.0 * kFurther * period_ns) continue;
+    if (repeats(k - 1) || repeats(k + 1)) continue;  // One of the two is older than its stamp.
     const double share = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) / span - 0.5;
     for (const std::span<const double>& axis : {x, y, z}) {
       const double off = axis[k] - 0.5 * (axis[k - 1] + axis[k + 1]);

@@ -35,7 +35,7 @@ constexpr std::string_view kAbout = "turn the unit about the sensor itself, or m
 constexpr std::string_view kRepeat = "repeat that pose, unless it is the only such pose";
 constexpr std::string_view kTurns = "turn more slowly, without gaps in the log";
 constexpr std::string_view kForce = "calibrate with `g_sensitivity`";
-constexpr std::string_view kFull = "let the sensor's whole matrix be estimated (`model: full`)";
+constexpr std::string_view kFull = "estimate the whole matrix of the sensor";
 
 // A term that `model:` or `g_sensitivity` can add.
 constexpr FaultKind AsParameter(ParameterKind parameter,

@@ -75,7 +75,7 @@ TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
                                          "--b=" + folder_.Path("sweep/truth.yaml")});
   EXPECT_EQ(compare.exit_code, 0) << compare.err;
   EXPECT_THAT(compare.out,
-              AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.thermal.rate.linear.x (of")));
+              AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.thermal.rate.linear.x (one relates to")));
   // A calibration is its own experiment.
   const Finished again = RunTruetriad({"calibrate",
                                        "--config=" + folder_.Path("found/calibration.yaml"),

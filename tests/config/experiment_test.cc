@@ -277,7 +277,7 @@ TEST_F(ExperimentConfig, SaysWhereANonlinearityIsOfNoUseOrNoValue) {
   EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_g: -2 }"),
               HasSubstr(place + ".full_scale_g"));
   EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_g: 2, full_scale_mps2: 20 }"),
-              HasSubstr("says the same"));
+              HasSubstr("states the same quantity"));
   EXPECT_THAT(error("{ percent_of_full_scale: 0.5, full_scale_ut: 2 }"),
               HasSubstr("full_scale_ut"));
   EXPECT_THAT(error(good, "    thermal: { bias_order: 1 }\nposes: { sweep: auto }\n"),

@@ -574,7 +574,7 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   check(15.0, true);
   EXPECT_THAT(why(), HasSubstr("did not agree"));
   check(-7200.0, true);
-  EXPECT_THAT(why(), HasSubstr("which is 2 h from now"));
+  EXPECT_THAT(why(), HasSubstr("which is 2 h in the future"));
 }
 
 TEST(PlanWork, RefusesWhatIsWrongWhateverSensorsALogHas) {

@@ -292,7 +292,7 @@ TEST_P(Autopilots, RefuseAMirroredMagnetometerAndNameTheSwap) {
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().kind(), ErrorKind::kBadInput);
   EXPECT_THAT(result.error().message,
-              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("to (y, -x, -z)")));
+              AllOf(HasSubstr("the magnetometer is mirrored"), HasSubstr("by (y, -x, -z)")));
 }
 
 TEST_P(Autopilots, RefuseCountsOfUnknownSize) {

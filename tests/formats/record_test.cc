@@ -78,7 +78,7 @@ TEST(CalibrationRecord, IsJsonWhateverTheDegreesOfFreedom) {
 TEST(CalibrationRecord, PageHoldsTheValuesForPeopleAndForPrograms) {
   const std::string page = Record(Unit(), "unit.html");
   EXPECT_THAT(page,
-              AllOf(HasSubstr("0.5000 ± 0.0020"),
+              AllOf(HasSubstr("0.5000 ±\u00a00.0020"),
                     HasSubstr("k = 2"),
                     HasSubstr("Approved by"),
                     HasSubstr("@page{size:A4"),
@@ -99,7 +99,7 @@ TEST(CalibrationRecord, HasOneCoverageFactorAndWhatWasDecided) {
                     HasSubstr("By the limits alone it is PASS."),
                     Not(HasSubstr("its limit is met")),
                     HasSubstr("worst found ± U, k = 2"),
-                    HasSubstr("0.3000 ± 0.0010"),
+                    HasSubstr("0.3000 ±\u00a00.0010"),
                     HasSubstr("Decided: FAIL by R. Roe on 2026-11-25T10:00:00Z: bent.")));
 }
 

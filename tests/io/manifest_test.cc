@@ -327,7 +327,7 @@ TEST_F(ManifestWindows, WithJitterKeepTheirSamplesInOrder) {
     EXPECT_GT(stream.time_ns[i], window_ns - 110'000'000);
   }
   EXPECT_THAT(ErrorOf(rows + ",1,1,1,\n" + std::to_string(times.back()) + ",1,1,1,\n", 8),
-              HasSubstr("whose time is not after that of the one before"));
+              HasSubstr("whose time is not after that of the previous window"));
 }
 
 // A logger's first windows may come at once, and its rate may change; two lost windows are neither.

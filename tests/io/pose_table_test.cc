@@ -203,7 +203,7 @@ TEST_F(PoseTables, LeaveOutWhatIsTenTimesAsLongAsTheOthers) {
     EXPECT_LT(poses.Find(Triad::kAccelerometer)->maximum_raw.norm(), 20.0);
     ASSERT_EQ(poses.findings.size(), 1U);
     EXPECT_EQ(poses.findings[0].code, FindingCode::kImpossibleRows);
-    EXPECT_THAT(poses.findings[0].text, HasSubstr("it is line 19"));
+    EXPECT_THAT(poses.findings[0].text, HasSubstr("is left out: line 19"));
   }
 }
 
