@@ -635,7 +635,9 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
     const auto span = static_cast<double>(stamps_ns[k + 1] - stamps_ns[k - 1]);
     const auto around = static_cast<double>(stamps_ns[k + kFurther] - stamps_ns[k - kFurther]);
-    const auto repeats = [&](std::size_t i) { return x[i] == x[k] && y[i] == y[k] && z[i] == z[k]; };
+    const auto repeats = [&](std::size_t i) {
+      return x[i] == x[k] && y[i] == y[k] && z[i] == z[k];
+    };
     if (!(span > 0.0) || around > 4.0 * kFurther * period_ns) continue;
     if (repeats(k - 1) || repeats(k + 1)) continue;  // One of the two is older than its stamp.
     const double share = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) / span - 0.5;

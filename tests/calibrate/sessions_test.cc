@@ -162,8 +162,8 @@ TEST(Sessions, HaveTheirParametersWhereTheLastSays) {
   EXPECT_EQ(joined.tags.device_slots, recorded.sessions[1].tags.device_slots);
   EXPECT_EQ(joined.tags.station, "first");
   EXPECT_THAT(joined.findings,
-              Contains(testing::Field(
-                  &Finding::text, HasSubstr("numbers its sensors differently in session 2"))));
+              Contains(testing::Field(&Finding::text,
+                                      HasSubstr("numbers its sensors differently in session 2"))));
 }
 
 // Exact but for the rounding of sums and the nominal noise that weighs readings without any.
