@@ -68,11 +68,8 @@ TEST(ExportVerb, ReplacesNothingButExports) {
   const TemporaryFolder folder;
   const std::string file = folder.Path("px4.params");
   const auto run = [&](const std::string& further) {
-    return RunTruetriad({"export",
-                         std::string("--calibration=") + kDemo,
-                         "--to=px4",
-                         "--output=" + file,
-                         further});
+    return RunTruetriad(
+        {"export", std::string("--calibration=") + kDemo, "--to=px4", "--output=" + file, further});
   };
   folder.Write("px4.params", "1\t1\tCAL_ACC0_ID\t7\t6\n");
   const Finished refused = run("--quiet");
@@ -81,17 +78,13 @@ TEST(ExportVerb, ReplacesNothingButExports) {
   EXPECT_EQ(TemporaryFolder::Read(file), "1\t1\tCAL_ACC0_ID\t7\t6\n");
   EXPECT_EQ(run("--overwrite").exit_code, 0);
   EXPECT_EQ(run("--quiet").exit_code, 0);
-  const Finished calibrated = RunTruetriad({"calibrate",
-                                            "datasets/demo/recording.csv",
-                                            "--to=c-header",
-                                            "--output=" + folder.Path("")});
+  const Finished calibrated = RunTruetriad(
+      {"calibrate", "datasets/demo/recording.csv", "--to=c-header", "--output=" + folder.Path("")});
   EXPECT_EQ(calibrated.exit_code, 0) << calibrated.err;
   EXPECT_FALSE(std::filesystem::exists(file));  // It was exported of another result.
   folder.Write("calibration.h", "mine");
-  const Finished again = RunTruetriad({"calibrate",
-                                       "datasets/demo/recording.csv",
-                                       "--to=c-header",
-                                       "--output=" + folder.Path("")});
+  const Finished again = RunTruetriad(
+      {"calibrate", "datasets/demo/recording.csv", "--to=c-header", "--output=" + folder.Path("")});
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_EQ(TemporaryFolder::Read(folder.Path("calibration.h")), "mine");
 }

@@ -74,8 +74,9 @@ TEST_F(TemperatureSweep, IsCalibratedAppliedAndEvaluated) {
                                          "--a=" + folder_.Path("found/calibration.yaml"),
                                          "--b=" + folder_.Path("sweep/truth.yaml")});
   EXPECT_EQ(compare.exit_code, 0) << compare.err;
-  EXPECT_THAT(compare.out,
-              AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.thermal.rate.linear.x (one relates to")));
+  EXPECT_THAT(
+      compare.out,
+      AllOf(HasSubstr("AGREE"), HasSubstr("accelerometer.thermal.rate.linear.x (one relates to")));
   // A calibration is its own experiment.
   const Finished again = RunTruetriad({"calibrate",
                                        "--config=" + folder_.Path("found/calibration.yaml"),

@@ -317,7 +317,8 @@ TEST_P(StoreTest, CountsNothingOfWhatWasGivenUp) {
   // Of several recordings somebody says which.
   add("7", "X3", "20");
   add("8", "X3", "30", Verdict::kFail);
-  EXPECT_THAT(give_up("8a", "X3", ""), HasSubstr("serial number was wrong: 7 (20.csv), 8 (30.csv)"));
+  EXPECT_THAT(give_up("8a", "X3", ""),
+              HasSubstr("serial number was wrong: 7 (20.csv), 8 (30.csv)"));
   EXPECT_THAT(give_up("8a", "X3", "5"), HasSubstr("unit `X3` has no run `5`"));
   EXPECT_EQ(give_up("8a", "X3", "8"), "8");
   EXPECT_THAT(standing().back(), ElementsAre("X3", "7", "PASS", "PASS", "1"));

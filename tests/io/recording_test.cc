@@ -294,9 +294,9 @@ TEST_F(Recording, DoesNotTakeANumberTooManyForThatOfItsRow) {
 TEST_F(Recording, TakesSeparatorsAtTheEndForNothing) {
   const std::string header = "time[s],accel_x[g],accel_y[g],accel_z[g]";
   for (const std::string& text : {header + ",\n0,1,2,3\n1,4,5,6\n",
-                                 header + ",,\n0,1,2,3\n1,4,5,6\n",
-                                 header + "\n0,1,2,3,\n1,4,5,6,\n",
-                                 header + ",\n0,1,2,3,,\n1,4,5,6,,\n"}) {
+                                  header + ",,\n0,1,2,3\n1,4,5,6\n",
+                                  header + "\n0,1,2,3,\n1,4,5,6,\n",
+                                  header + ",\n0,1,2,3,,\n1,4,5,6,,\n"}) {
     EXPECT_EQ(ErrorOf(text), "") << text;
   }
   EXPECT_THAT(ErrorOf(header + ",,\n0,1,2,3,8,9\n1,4,5,6,8,9\n"), HasSubstr("without a name"));
