@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "base/messages.h"
-#include "data/pose_statistics.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
 #include "problem/graph_rows.h"
@@ -26,8 +25,6 @@ namespace {
 constexpr double kLevel = 1e-4;
 // Level of rows lost at random, a tenth of kLevel: a hand's accelerations are not white noise.
 constexpr double kLevelOfSteps = 1e-5;
-// Least shift by rounding that is reported, in σ of a parameter; it widens that σ by 12 %.
-constexpr double kRoundingSigmas = 0.5;
 
 // Fewer turns do not determine the scatter of their mean.
 constexpr double kFewestTurns = 8.0;
@@ -84,7 +81,6 @@ class RecordingSearch {
     faults_.covariance = Eigen::MatrixXd::Zero(system.size(), system.size());
   }
 
-  void FindRounding();
   void FindOneSided();
   void FindLostRows(const PerTriad<Eigen::Vector3d>& sigma_raw);
   void FindUnsettledTurns();
@@ -127,28 +123,6 @@ void RecordingSearch::Widen(const Eigen::VectorXd& moved,
   finding.About(triad).Shifting(sigmas, Treatment::kWidened).With("p_value", p_value);
   if (sigmas < 1.0) finding.As(Severity::kNote);
   faults_.findings.push_back(std::move(finding));
-}
-
-// If a gyroscope's noise at rest is below a converter step, its readings are equal in every rest,
-// and the mean of all rests has an error of up to a step.
-void RecordingSearch::FindRounding() {
-  const StreamSummary* stream = poses_.Find(Triad::kGyroscope);
-  const bool has_rests = graph_.layout.Has(Triad::kGyroscope) && !poses_.poses.empty();
-  if (stream == nullptr || !has_rests) return;
-  const Eigen::Vector3d bias = graph_.bias(Triad::kGyroscope);
-  const Eigen::Array3d noise = stream->noise_sigma_raw;
-  Eigen::Vector3d shift;
-  for (int axis = 0; axis < 3; ++axis) {
-    shift[axis] = std::sqrt(
-        RoundingVarianceAt(bias[axis], noise[axis] * noise[axis], stream->rest_step_raw[axis]));
-  }
-  const Eigen::VectorXd moved = MovedBy(graph_.layout.bias[Triad::kGyroscope], shift);
-  if (InSigmas(moved) < kRoundingSigmas || !Acts(Mechanism::kRounding)) return;
-  Widen(moved,
-        Triad::kGyroscope,
-        "has a resolution coarser than its noise, so its bias is known only to one step of its "
-        "readings",
-        "log it with more digits, or set a smaller full-scale range");
 }
 
 void RecordingSearch::FindOneSided() {
@@ -237,7 +211,6 @@ RecordingFaults FindRecordingFaults(const PoseSet& poses,
                                     const PoseGraph& graph,
                                     const ReducedSystem& system) {
   RecordingSearch search(poses, graph, system);
-  search.FindRounding();
   search.FindOneSided();
   search.FindLostRows(sigma_raw);
   search.FindUnsettledTurns();

@@ -24,7 +24,6 @@ struct RecordingFaults {
 // Tests for
 //
 //   readings with errors of one sign (StreamSummary);
-//   a gyroscope that rests on one converter step, so that its bias is known to a step only;
 //   lost rows (lost_rows.h), also if every n-th row is lost, which does not make turns scatter;
 //   turns that extend into the rests. The gyroscope's mean in the last quarter of the rest before a
 //     turn, and in the first quarter of the rest after it, is compared with the middle half of the

@@ -2,20 +2,27 @@
 #include "verdict/unmodelled.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstddef>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "data/clock_lags.h"
+#include "data/pose_statistics.h"
 #include "faults/face_curvatures.h"
 #include "faults/scan.h"
 #include "faults/scene.h"
 #include "model/mechanisms.h"
+#include "solve/shared_information.h"
 #include "verdict/checks/clock_offsets.h"
 #include "verdict/recording_faults.h"
 
 namespace truetriad {
 namespace {
+
+// Least shift of a bias by rounding that counts, in its σ; it widens that σ by 12 %.
+constexpr double kRoundingSigmas = 0.5;
 
 // Clock lags that are too long to be determined by moves.
 std::vector<ClockOffset> LagsOf(const PoseSet& poses, const PoseGraph& graph) {
@@ -62,17 +69,51 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
   return bends;
 }
 
+// If a gyroscope's noise at rest is below a converter step, its readings are equal in all rests and
+// share one rounding error of up to half a step. Readings of a unit that turns are without it.
+std::optional<StatedFault> RoundingOf(const PoseSet& poses,
+                                      const PoseGraph& graph,
+                                      const ReducedSystem& system) {
+  const StreamSummary* stream = poses.Find(Triad::kGyroscope);
+  if (stream == nullptr || !graph.layout.Has(Triad::kGyroscope)) return std::nullopt;
+  const Eigen::Vector3d bias = graph.bias(Triad::kGyroscope);
+  const Eigen::Vector3d variance = stream->noise_sigma_raw.cwiseAbs2();
+  Eigen::Vector3d sigma;
+  for (int axis = 0; axis < 3; ++axis) {
+    sigma[axis] =
+        std::sqrt(RoundingVarianceAt(bias[axis], variance[axis], stream->rest_step_raw[axis]));
+  }
+  const Eigen::VectorXd moved =
+      graph.layout.basis.middleRows<3>(graph.layout.bias[Triad::kGyroscope]).transpose() * sigma;
+  if (LargestInSigmas(graph.layout, system.covariance(), moved) < kRoundingSigmas) {
+    return std::nullopt;
+  }
+  StatedFault rounding;
+  rounding.sigma = sigma.cwiseMax(1e-3 * sigma.maxCoeff());
+  Eigen::Index row = 0;
+  for (const PoseNode& node : graph.nodes) {
+    for (std::size_t i = 0; i < node.observations.size(); ++i) {
+      if (node.role != PoseRole::kRest || node.observations[i].triad != Triad::kGyroscope) continue;
+      rounding.column.Add(row + 3 * static_cast<Eigen::Index>(i), Eigen::Matrix3d::Identity());
+    }
+    row += node.row_count();
+  }
+  if (rounding.column.blocks.empty() || !Acts(Mechanism::kRounding)) return std::nullopt;
+  return rounding;
+}
+
 }  // namespace
 
 Eigen::MatrixXd Unmodelled::Covariance() const {
   return faults.beyond + drift.covariance + of_recording.covariance + by_clocks;
 }
 
-FaultFindings TakeFaultsIn(const CalibrateOptions& options,
-                           std::vector<Triad>* stated_bends,
-                           PoseGraph* graph,
-                           NoiseState* noise,
-                           ReducedSystem* system) {
+void TakeFaultsIn(const CalibrateOptions& options,
+                  const PoseSet& poses,
+                  PoseGraph* graph,
+                  NoiseState* noise,
+                  ReducedSystem* system,
+                  Unmodelled* found) {
   std::vector<StatedFault> stated;
   for (const Triad triad : kTriads) {
     const auto& nonlinearity = options.triads[triad].nonlinearity;
@@ -80,11 +121,15 @@ FaultFindings TakeFaultsIn(const CalibrateOptions& options,
     StatedFault bends = BendsOf(triad, *nonlinearity, *graph);
     if (bends.column.blocks.empty()) continue;
     stated.push_back(std::move(bends));
-    stated_bends->push_back(triad);
+    found->stated_bends.push_back(triad);
+  }
+  if (std::optional<StatedFault> rounding = RoundingOf(poses, *graph, *system)) {
+    stated.push_back(std::move(*rounding));
+    found->has_rounding = true;
   }
   std::optional<StatedFault> curvatures = FaceCurvatures(*graph, system->covariance());
   if (curvatures && Acts(Mechanism::kTiltCurvature)) stated.push_back(std::move(*curvatures));
-  return FindFaults(stated, graph, noise, system);
+  found->faults = FindFaults(stated, graph, noise, system);
 }
 
 void FindBeyondFaults(const PoseSet& poses,

@@ -14,7 +14,10 @@ namespace truetriad {
 // Effects in a recording that the model lacks; each adds to the solution's covariance.
 struct Unmodelled {
   FaultFindings faults;
-  std::vector<Triad> stated_bends;  // sensors of the first entries of faults.widening
+  // In the order of faults.widening: the sensors of stated nonlinearities, then the rounding of a
+  // gyroscope at rest.
+  std::vector<Triad> stated_bends;
+  bool has_rounding = false;
   DriftCovariance drift;
   RecordingFaults of_recording;      // faults that no residual shows
   std::vector<ClockOffset> clocks;   // that remain after corrections
@@ -25,13 +28,13 @@ struct Unmodelled {
   Eigen::MatrixXd Covariance() const;
 };
 
-// Finds faults and includes them in the graph, its noise and its system. `stated_bends` receives
-// the sensors whose nonlinearity is stated.
-FaultFindings TakeFaultsIn(const CalibrateOptions& options,
-                           std::vector<Triad>* stated_bends,
-                           PoseGraph* graph,
-                           NoiseState* noise,
-                           ReducedSystem* system);
+// Finds faults and includes them in the graph, its noise and its system.
+void TakeFaultsIn(const CalibrateOptions& options,
+                  const PoseSet& poses,
+                  PoseGraph* graph,
+                  NoiseState* noise,
+                  ReducedSystem* system,
+                  Unmodelled* found);
 
 // Finds the effects beyond TakeFaultsIn: drift, faults of single readings, clock offsets. The
 // graph's readings are already corrected for faults. `sigma_raw`: of one reading; `settings`: of

@@ -247,7 +247,7 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const OffOptimum off = FurthestOff(state, graph, system);
   Unmodelled unmodelled;
   if (CanBeTested(settled, system)) {
-    unmodelled.faults = TakeFaultsIn(options, &unmodelled.stated_bends, &graph, &state, &system);
+    TakeFaultsIn(options, settled.poses, &graph, &state, &system, &unmodelled);
   } else {
     unmodelled.faults.beyond = Eigen::MatrixXd::Zero(system.size(), system.size());
   }

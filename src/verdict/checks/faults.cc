@@ -159,6 +159,19 @@ Finding FindingOf(const StatedBend& bend) {
       .With("widening", bend.widening);
 }
 
+// `widening`: the largest factor by which the rounding widens the σ of a parameter.
+Finding RoundingFinding(double widening) {
+  const double sigmas = std::sqrt(std::max(widening * widening - 1.0, 0.0));
+  Finding finding(FindingCode::kFault,
+                  "the gyroscope has a resolution coarser than its noise, so all its rests share a "
+                  "rounding error of up to half a step" +
+                      Format("; σ are up to %.2g times those without it, and include it", widening),
+                  "log it with more digits, or set a smaller full-scale range");
+  finding.About(Triad::kGyroscope).Shifting(sigmas, Treatment::kWidened);
+  if (sigmas < 1.0) finding.As(Severity::kNote);
+  return finding;
+}
+
 }  // namespace
 
 Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved) {
@@ -199,6 +212,9 @@ Findings CheckFaults(const SettledRun& run, const SolvedRun& solved) {
   }
   if (const auto assumed = LinearityAssumed(TestsOf(faults), stated)) findings.push_back(*assumed);
   for (const StatedBend& bend : stated) findings.push_back(FindingOf(bend));
+  if (solved.unmodelled.has_rounding) {
+    findings.push_back(RoundingFinding(faults.widening[stated.size()]));
+  }
   const Findings& of_readings = solved.unmodelled.of_recording.findings;
   findings.insert(findings.end(), of_readings.begin(), of_readings.end());
   return findings;
