@@ -10,7 +10,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include "truetriad/calibrate/pose_problem.h"
+#include "truetriad/calibrate/calibrate.h"
 #include "truetriad/session/session.h"
 
 using namespace truetriad;
@@ -30,8 +30,14 @@ struct KnownAngle {
 
 void Print(const char* what, const TriadModel<double>& model) {
   const Eigen::Vector3d gain = model.sensitivity.diagonal();
-  std::printf("%-8s bias %.6f %.6f %.6f  gain %.7f %.7f %.7f\n", what, model.bias.x(),
-              model.bias.y(), model.bias.z(), gain.x(), gain.y(), gain.z());
+  std::printf("%-8s bias %.6f %.6f %.6f  gain %.7f %.7f %.7f\n",
+              what,
+              model.bias.x(),
+              model.bias.y(),
+              model.bias.z(),
+              gain.x(),
+              gain.y(),
+              gain.z());
 }
 
 int main(int argc, char** argv) {
@@ -52,7 +58,9 @@ int main(int argc, char** argv) {
   constexpr double kRadPerDeg = 0.017453292519943295;
   auto* known = new KnownAngle{std::atof(argv[2]) * kRadPerDeg, std::atof(argv[3]) * kRadPerDeg};
   problem->ceres_problem().AddResidualBlock(
-      new ceres::AutoDiffCostFunction<KnownAngle, 1, 4, 4>(known), nullptr, problem->Attitude(0),
+      new ceres::AutoDiffCostFunction<KnownAngle, 1, 4, 4>(known),
+      nullptr,
+      problem->Attitude(0),
       problem->Attitude(1));
   ceres::Solver::Options solver;
   ceres::Solver::Summary summary;

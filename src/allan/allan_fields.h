@@ -16,7 +16,6 @@
 #include "tree/fields.h"
 #include "truetriad/allan/allan.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 
 namespace truetriad {
 

@@ -10,7 +10,7 @@
 #include "report/page.h"
 #include "report/svg.h"
 #include "report/table.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 

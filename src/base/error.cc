@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/error.h"
-
 #include <array>
 #include <charconv>
 #include <cstddef>
 #include <system_error>
+
+#include "truetriad/base/result.h"
 
 namespace truetriad {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/units.h"
-
 #include <array>
 #include <span>
+
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

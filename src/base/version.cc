@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad {
 

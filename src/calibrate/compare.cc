@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/calibrate/compare.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -15,6 +13,7 @@
 #include "math/dense/eigenvalues.h"
 #include "math/dense/products.h"
 #include "math/distributions.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "verdict/presentation.h"
 #include "verdict/reference_temperature.h"
 

@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "math/dense/products.h"
-#include "truetriad/calibrate/repeatability.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 #include "calibrate/evaluated_poses.h"
 #include "calibrate/reading_units.h"
 #include "math/distributions.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

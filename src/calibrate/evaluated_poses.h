@@ -13,7 +13,6 @@
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/calibrate/pose_problem.h"
-
 #include <utility>
 #include <vector>
 
@@ -9,6 +7,7 @@
 #include "calibrate/calibrate_settled.h"
 #include "solve/ceres_problem.h"
 #include "solve/chain_problem.h"
+#include "truetriad/calibrate/calibrate.h"
 
 namespace truetriad {
 

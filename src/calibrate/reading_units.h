@@ -5,7 +5,6 @@
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/calibrate/side_by_side.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -9,7 +7,8 @@
 #include "base/named_values.h"
 #include "calibrate/evaluated_poses.h"
 #include "math/distributions.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace {

@@ -6,9 +6,7 @@
 
 #include "model/finding_fields.h"
 #include "tree/fields.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
-#include "truetriad/calibrate/side_by_side.h"
 
 namespace truetriad {
 

@@ -19,7 +19,7 @@
 #include "solve/field_side.h"
 #include "solve/shared_information.h"
 #include "solve/solve_graph.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

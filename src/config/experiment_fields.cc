@@ -11,8 +11,7 @@
 #include "config/fields.h"
 #include "io/tags_yaml.h"
 #include "io/yaml_text.h"
-#include "truetriad/model/earth.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 // Every key of an experiment: its name, its value, its permitted range.
 

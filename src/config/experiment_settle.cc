@@ -5,8 +5,7 @@
 #include <vector>
 
 #include "config/experiment_draft.h"
-#include "truetriad/model/earth.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 // Derives those options of an experiment that depend on several of its keys.
 

@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <string>
 
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/config/plan.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -8,6 +6,7 @@
 
 #include "config/experiment_draft.h"
 #include "model/attitude_sets.h"
+#include "truetriad/config/experiment.h"
 
 namespace truetriad {
 namespace {

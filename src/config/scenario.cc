@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/config/scenario.h"
-
 #include <optional>
 #include <string>
 #include <utility>
@@ -10,6 +8,7 @@
 #include "config/fields.h"
 #include "config/scenario_fields.h"
 #include "io/yaml_reader.h"
+#include "truetriad/config/experiment.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 #include "data/collector.h"
 #include "data/readings_at.h"
 #include "model/mechanisms.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "model/finding_fields.h"
 #include "tree/fields.h"
-#include "truetriad/data/pose_program.h"
 #include "truetriad/data/static_pose.h"
 
 namespace truetriad {

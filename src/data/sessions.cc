@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/data/sessions.h"
-
 #include <algorithm>
 #include <cstdint>
 #include <filesystem>
@@ -9,6 +7,7 @@
 #include <utility>
 
 #include "base/messages.h"
+#include "truetriad/data/pose_collection.h"
 
 namespace truetriad {
 namespace {

@@ -12,7 +12,7 @@
 #include "data/sweep_windows.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 // Finds the cells of a sweep that are outliers, and the places where the unit was turned.
 

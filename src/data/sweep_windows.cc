@@ -12,7 +12,6 @@
 #include "thermometer/temperature_smoothing.h"
 #include "thermometer/thermometer.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {

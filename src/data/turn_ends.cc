@@ -15,7 +15,7 @@
 #include "data/repeats.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

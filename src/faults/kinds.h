@@ -8,7 +8,7 @@
 
 #include "faults/scene.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/model/terms.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 

@@ -30,9 +30,9 @@
 #include "line/line_data.h"
 #include "report/svg.h"
 #include "report/table.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/model/limits.h"
+#include "truetriad/model/quality.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad::fleet {

@@ -13,7 +13,7 @@
 #include "fleet/database.h"
 #include "fleet/fields.h"
 #include "fleet/line_summary.h"
-#include "truetriad/model/limits.h"
+#include "truetriad/model/quality.h"
 
 namespace truetriad::fleet {
 Status CheckIsTag(std::string_view flag, const std::string& tag) {

@@ -24,8 +24,7 @@
 #include "io/text_file.h"
 #include "io/whole_file.h"
 #include "line/line_data.h"
-#include "truetriad/base/error.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 namespace {

@@ -18,7 +18,7 @@
 #include "model/finding_fields.h"
 #include "report/content.h"
 #include "tree/to_tree.h"
-#include "truetriad/model/limits.h"
+#include "truetriad/model/quality.h"
 #include "verdict/presentation.h"
 
 namespace truetriad::fleet {

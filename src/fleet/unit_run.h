@@ -10,11 +10,9 @@
 #include <vector>
 
 #include "tree/json.h"
-#include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/model/finding.h"
-#include "truetriad/model/outcome.h"
 #include "truetriad/model/quality.h"
 #include "truetriad/model/tags.h"
 #include "truetriad/session/session.h"

@@ -18,7 +18,7 @@
 #include "io/text_file.h"
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"

@@ -12,8 +12,8 @@
 #include "formats/format.h"
 #include "formats/restate.h"
 #include "formats/text.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
 
 // A C99 header for firmware, float32:
 //

@@ -16,7 +16,6 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/gauge.h"
 
 namespace truetriad {
 

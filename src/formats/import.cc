@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/formats/import.h"
-
 #include <algorithm>
 #include <array>
 #include <string>
@@ -17,7 +15,8 @@
 #include "io/yaml_reader.h"
 #include "model/board_rotation.h"
 #include "problem/parameter_name.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
 
 namespace truetriad {

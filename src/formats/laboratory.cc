@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/formats/laboratory.h"
-
 #include "io/yaml_reader.h"
-#include "truetriad/model/earth.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -7,7 +7,7 @@
 #include "calibrate/evaluated_poses.h"
 #include "formats/restate.h"
 #include "model/directions.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

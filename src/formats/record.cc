@@ -15,8 +15,8 @@
 #include "tree/json.h"
 #include "tree/to_tree.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/formats/laboratory.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/formats/export.h"
+#include "truetriad/model/calibration.h"
 
 // Two formats of our own. "json" holds every term of a calibration. "record" is the calibration
 // record for the quality department: values with expanded uncertainties (k = 2; JCGM 100:2008,

@@ -16,9 +16,7 @@
 #include "model/board_rotation.h"
 #include "model/corrected_error.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/mounting.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -17,7 +17,7 @@
 #include <glog/logging.h>
 
 #include "init/ellipsoid_fit.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/finding.h"
 
 namespace truetriad {

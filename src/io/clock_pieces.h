@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/csv_reader.h"
-#include "truetriad/data/recording_joint.h"
+#include "truetriad/data/sample_source.h"
 
 namespace truetriad {
 

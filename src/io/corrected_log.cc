@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/corrected_log.h"
-
 #include <limits>
 #include <optional>
 #include <utility>
@@ -8,6 +6,7 @@
 
 #include "io/reading_corrector.h"
 #include "io/row_writer.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace {

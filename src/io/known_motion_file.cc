@@ -8,7 +8,7 @@
 
 #include "io/field_reader.h"
 #include "io/yaml_text.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

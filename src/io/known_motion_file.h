@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
-#include "truetriad/data/known_motion.h"
+#include "truetriad/data/static_pose.h"
 
 namespace truetriad {
 

@@ -9,7 +9,7 @@
 #include "data/pose_fields.h"
 #include "io/field_reader.h"
 #include "io/yaml_fields.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "truetriad/base/result.h"
-#include "truetriad/data/pose_program.h"
+#include "truetriad/data/static_pose.h"
 
 namespace truetriad {
 

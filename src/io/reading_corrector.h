@@ -13,7 +13,6 @@
 #include "truetriad/base/result.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/thermal.h"
 
 namespace truetriad {
 

@@ -9,9 +9,8 @@
 
 #include "io/applied_correction.h"
 #include "io/csv_reader.h"
-#include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/io/recording.h"

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/recording_writer.h"
-
 #include <deque>
 
 #include "io/row_writer.h"
 #include "io/yaml_text.h"
 #include "truetriad/io/calibration_file.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace {

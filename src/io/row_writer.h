@@ -11,7 +11,7 @@
 
 #include "io/whole_file.h"
 #include "truetriad/data/sample_source.h"
-#include "truetriad/io/recording_writer.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad {
 

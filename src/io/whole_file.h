@@ -8,7 +8,6 @@
 #include <string>
 #include <string_view>
 
-#include "truetriad/base/error.h"
 #include "truetriad/base/result.h"
 
 namespace truetriad {

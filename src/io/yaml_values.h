@@ -15,7 +15,6 @@
 #include "io/yaml_reader.h"
 #include "io/yaml_text.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 
 namespace truetriad {
 

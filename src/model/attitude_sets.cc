@@ -8,7 +8,6 @@
 #include <Eigen/Core>
 
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {

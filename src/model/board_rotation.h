@@ -9,7 +9,7 @@
 
 #include <Eigen/Geometry>
 
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 

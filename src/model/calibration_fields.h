@@ -15,9 +15,8 @@
 
 #include "model/finding_fields.h"
 #include "tree/fields.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/mounting.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad {

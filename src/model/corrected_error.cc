@@ -7,7 +7,7 @@
 #include <string>
 
 #include "model/directions.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

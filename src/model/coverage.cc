@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/coverage.h"
-
 #include "math/dense/eigenvalues.h"
 #include "model/directions.h"
+#include "truetriad/model/quality.h"
 
 namespace truetriad {
 

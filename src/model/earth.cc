@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/earth.h"
-
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -15,6 +13,7 @@
 #include <GeographicLib/NormalGravity.hpp>
 
 #include "base/companion.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "tree/fields.h"
-#include "truetriad/base/error.h"
+#include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/finding.h"
 

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/gauge.h"
-
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "base/named_values.h"
 #include "math/dense/eigenvalues.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

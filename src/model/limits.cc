@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/limits.h"
-
 #include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
 
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/quality.h"
 
 namespace truetriad {
 namespace {

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/mounting.h"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "model/board_rotation.h"
 #include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/terms.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/thermal.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -12,7 +12,6 @@
 #include "problem/lay_out.h"
 #include "problem/moves.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/math/rotation.h"
 

@@ -8,8 +8,8 @@
 
 #include "planning/plan_problem.h"
 #include "problem/parameter_name.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
 
 // The estimated quantities, by sensing axis and in the units in which limits are stated.
 

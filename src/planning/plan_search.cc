@@ -11,7 +11,7 @@
 #include "math/random.h"
 #include "planning/plan_problem.h"
 #include "solve/row_products.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 // Exact optimal design: which poses, of a list of candidates, determine the parameters best.
 // Fedorov, Theory of Optimal Experiments, 1972; Atkinson, Donev and Tobias 2007, ch. 12.

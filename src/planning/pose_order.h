@@ -5,7 +5,6 @@
 
 #include <Eigen/Core>
 
-#include "truetriad/data/pose_program.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/triad_model.h"
 

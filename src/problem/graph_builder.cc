@@ -12,7 +12,7 @@
 #include "problem/known_motion_rows.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

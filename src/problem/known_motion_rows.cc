@@ -12,7 +12,7 @@
 #include "math/dense/qr.h"
 #include "problem/moves.h"
 #include "problem/observe.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/math/rotation.h"
 
 namespace truetriad {

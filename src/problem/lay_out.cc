@@ -9,7 +9,7 @@
 
 #include "math/distributions.h"
 #include "model/world.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "base/sensor_line.h"
-#include "truetriad/model/limits.h"
+#include "truetriad/model/quality.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "truetriad/base/triad.h"
-#include "truetriad/model/terms.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 

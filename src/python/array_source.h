@@ -9,7 +9,6 @@
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/data/sample_source.h"
 
 namespace truetriad::python {

@@ -3,7 +3,7 @@
 #include <pybind11/pybind11.h>
 
 #include "python/calibration.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 
 PYBIND11_MODULE(_truetriad, module) {
   // Logs of the library and the solver are for developers, unless the process has set them up.

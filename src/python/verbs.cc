@@ -22,16 +22,13 @@
 #include "python/numbers.h"
 #include "tree/to_tree.h"
 #include "truetriad/allan/allan.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/io/recording_writer.h"
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
-#include "truetriad/sim/simulation.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad::python {
 namespace py = pybind11;

@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "truetriad/base/triad.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/report/report.h"

@@ -12,9 +12,7 @@
 #include "report/content.h"
 #include "report/page.h"
 #include "report/table.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
-#include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {

@@ -15,7 +15,7 @@
 #include "math/distributions.h"
 #include "report/charts.h"
 #include "report/table.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -13,7 +13,7 @@
 #include "report/content.h"
 #include "report/page.h"
 #include "report/table.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {

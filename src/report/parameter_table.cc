@@ -8,8 +8,7 @@
 #include "report/content.h"
 #include "report/table.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -17,7 +17,6 @@
 #include "report/svg.h"
 #include "report/table.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 
 namespace truetriad {
 namespace {

@@ -10,7 +10,7 @@
 #include "model/heading_error.h"
 #include "report/charts.h"
 #include "report/table.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

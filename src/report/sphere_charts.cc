@@ -17,7 +17,7 @@
 #include "report/content.h"
 #include "report/svg.h"
 #include "report/table.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -11,7 +11,7 @@
 #include "report/svg.h"
 #include "report/table.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

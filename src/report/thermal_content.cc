@@ -10,7 +10,7 @@
 #include "report/content.h"
 #include "report/table.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

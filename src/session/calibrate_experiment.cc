@@ -14,7 +14,7 @@
 #include "data/clock_lags.h"
 #include "model/mechanisms.h"
 #include "session/steps.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/io/calibration_file.h"
 #include "verdict/checks/clock_offsets.h"

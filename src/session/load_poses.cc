@@ -13,8 +13,8 @@
 #include "io/text_file.h"
 #include "problem/session_block.h"
 #include "session/steps.h"
-#include "truetriad/base/units.h"
-#include "truetriad/data/sessions.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {

@@ -5,7 +5,7 @@
 #include "io/pose_program_file.h"
 #include "model/attitude_sets.h"
 #include "session/steps.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

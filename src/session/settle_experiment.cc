@@ -10,7 +10,7 @@
 #include "base/sensor_line.h"
 #include "data/repeats.h"
 #include "session/steps.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/io/recording.h"
 #include "verdict/checks/soak.h"

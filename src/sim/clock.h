@@ -12,9 +12,8 @@
 #include "sim/timeline.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
-#include "truetriad/io/recording_writer.h"
+#include "truetriad/io/recording.h"
 #include "truetriad/sim/scenario.h"
-#include "truetriad/sim/simulation.h"
 
 namespace truetriad {
 

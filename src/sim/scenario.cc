@@ -10,8 +10,8 @@
 #include "base/rounded_text.h"
 #include "sim/surroundings.h"
 #include "sim/timeline.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

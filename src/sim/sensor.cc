@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sim/seeds.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 

@@ -6,7 +6,6 @@
 #include "math/fast_random.h"
 #include "sim/chamber.h"
 #include "truetriad/sim/scenario.h"
-#include "truetriad/sim/simulation.h"
 
 namespace truetriad {
 

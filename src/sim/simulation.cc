@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/sim/simulation.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include "sim/seeds.h"
 #include "sim/sensor.h"
 #include "sim/timeline.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad {
 namespace {

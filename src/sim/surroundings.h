@@ -9,7 +9,6 @@
 
 #include "sim/motion.h"
 #include "truetriad/sim/scenario.h"
-#include "truetriad/sim/simulation.h"
 
 namespace truetriad {
 

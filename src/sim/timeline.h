@@ -7,9 +7,8 @@
 
 #include "sim/chamber.h"
 #include "sim/motion.h"
-#include "truetriad/data/known_motion.h"
+#include "truetriad/data/static_pose.h"
 #include "truetriad/sim/scenario.h"
-#include "truetriad/sim/simulation.h"
 
 namespace truetriad {
 

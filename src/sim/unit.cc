@@ -4,7 +4,7 @@
 #include "sim/seeds.h"
 #include "sim/timeline.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/sim/simulation.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad {
 namespace {

@@ -24,7 +24,7 @@
 #include "start/why_no_start.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

@@ -10,7 +10,7 @@
 #include "problem/thermal_block.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/data/static_pose.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {

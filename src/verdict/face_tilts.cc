@@ -10,7 +10,7 @@
 
 #include "base/messages.h"
 #include "math/distributions.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

@@ -13,10 +13,9 @@
 
 #include "math/distributions.h"
 #include "problem/parameter_name.h"
-#include "truetriad/base/units.h"
-#include "truetriad/model/limits.h"
-#include "truetriad/model/mounting.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/model/quality.h"
 
 namespace truetriad {
 namespace {

@@ -7,7 +7,7 @@
 #include "problem/lay_out.h"
 #include "problem/pose_node.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace {

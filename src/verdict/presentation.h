@@ -4,7 +4,6 @@
 #include "problem/graph.h"
 #include "problem/parameter_name.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/gauge.h"
 #include "truetriad/problem/options.h"
 
 namespace truetriad {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "problem/parameter_name.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 #include "verdict/presentation.h"
 
 namespace truetriad {

@@ -10,7 +10,7 @@
 #include "problem/lay_out.h"
 #include "problem/start_values.h"
 #include "truetriad/math/rotation.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 #include "verdict/limits.h"
 #include "verdict/quality.h"
 

@@ -10,7 +10,7 @@
 
 #include "accuracy/shared_recordings.h"
 #include "math/distributions.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace gyroscope_test {

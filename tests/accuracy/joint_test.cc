@@ -15,7 +15,7 @@
 
 #include "accuracy/shared_recordings.h"
 #include "init/frame_alignment.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/io/recording.h"
 
 namespace truetriad {

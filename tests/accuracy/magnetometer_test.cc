@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "accuracy/shared_recordings.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace magnetometer_test {

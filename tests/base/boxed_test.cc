@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/boxed.h"
-
 #include <optional>
 #include <utility>
 
 #include <gtest/gtest.h>
+
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace {

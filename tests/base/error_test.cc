@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/error.h"
-
 #include <regex>
 #include <set>
 #include <string>
 
 #include <gtest/gtest.h>
+
+#include "truetriad/base/result.h"
 
 namespace truetriad {
 namespace error_test {

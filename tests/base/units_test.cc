@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/base/units.h"
-
 #include <numbers>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace units_test {

@@ -9,7 +9,7 @@
 
 #include "support/accel_mag_trials.h"
 #include "support/accelerometer_tables.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace calibrate_test {

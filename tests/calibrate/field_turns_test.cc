@@ -15,8 +15,7 @@
 #include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/calibrate/evaluate.h"
-#include "truetriad/model/gauge.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {

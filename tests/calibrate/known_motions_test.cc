@@ -19,7 +19,7 @@
 #include "sim/scenario_samples.h"
 #include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/data/pose_collection.h"
 
 namespace truetriad {

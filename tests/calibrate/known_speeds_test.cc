@@ -14,7 +14,7 @@
 #include "support/accel_mag_trials.h"
 #include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {

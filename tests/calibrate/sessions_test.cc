@@ -3,8 +3,6 @@
 // Several recordings of one unit: what belongs to the unit is shared, the bias of a sensor that
 // switching on changes is each session's own.
 
-#include "truetriad/data/sessions.h"
-
 #include <cmath>
 #include <optional>
 #include <string>
@@ -19,6 +17,7 @@
 #include "support/finding_matchers.h"
 #include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
+#include "truetriad/data/pose_collection.h"
 #include "truetriad/verdict/summary.h"
 
 namespace truetriad {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/calibrate/side_by_side.h"
-
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +7,7 @@
 
 #include "support/accel_mag_trials.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 
 namespace truetriad {
 namespace side_by_side_test {

@@ -3,8 +3,6 @@
 // Temperature terms in the static estimator: exact recovery, Jacobians, names, statistics of
 // errors.
 
-#include "truetriad/model/thermal.h"
-
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -17,8 +15,8 @@
 #include "problem/thermal_block.h"
 #include "support/soak_trials.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
+#include "truetriad/model/calibration.h"
 #include "verdict/reference_temperature.h"
 
 namespace truetriad {

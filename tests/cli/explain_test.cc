@@ -8,7 +8,7 @@
 #include "cli/command_line_run.h"
 #include "fleet/unit_run.h"
 #include "tree/json.h"
-#include "truetriad/base/error.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad {
 namespace explain_test {

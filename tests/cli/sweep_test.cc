@@ -11,7 +11,7 @@
 
 #include "cli/command_line_run.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace sweep_test {

@@ -10,10 +10,10 @@
 
 #include "config/field_check.h"
 #include "support/finding_matchers.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/model/earth.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace earth_field_test {

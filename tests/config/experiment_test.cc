@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/model/mounting.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace experiment_test {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/config/plan.h"
-
 #include <filesystem>
 #include <string>
 

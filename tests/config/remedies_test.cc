@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "truetriad/config/experiment.h"
-#include "truetriad/model/terms.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 namespace remedies_test {

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/config/scenario.h"
-
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -17,6 +15,7 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
+#include "truetriad/config/experiment.h"
 
 namespace truetriad {
 namespace scenario_test {

@@ -8,7 +8,7 @@
 
 #include "data/known_motions.h"
 #include "math/random.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace turn_ends_test {

@@ -18,8 +18,7 @@
 #include "fleet/store_samples.h"
 #include "io/temporary_folder.h"
 #include "support/private_postgres.h"
-#include "truetriad/base/error.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 
 namespace truetriad::fleet {
 namespace store_test {

@@ -12,7 +12,6 @@
 #include "formats/restate.h"
 #include "formats/sample_units.h"
 #include "io/temporary_folder.h"
-#include "truetriad/formats/import.h"
 
 namespace truetriad {
 namespace export_test {

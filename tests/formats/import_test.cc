@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/formats/import.h"
-
 #include <string>
 #include <vector>
 
@@ -11,10 +9,10 @@
 #include "io/temporary_folder.h"
 #include "support/finding_matchers.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace import_test {

@@ -6,7 +6,7 @@
 
 #include "formats/sample_units.h"
 #include "truetriad/formats/export.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace imu_tk_test {

@@ -7,7 +7,7 @@
 
 #include "formats/sample_units.h"
 #include "truetriad/formats/export.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 
 // Kalibr, OpenVINS, Basalt, imu_calib, RealSense, Fusion and JSON: their equations, and readers of
 // their files that share nothing with the exporter.

@@ -12,7 +12,6 @@
 
 #include "math/random.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/thermal.h"
 
 namespace truetriad::formats_test {
 

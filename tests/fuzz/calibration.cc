@@ -3,7 +3,6 @@
 // calibration.yaml: read, written back, shown, exported to every format and imported from there.
 #include "fuzz/fuzz_target.h"
 #include "truetriad/formats/export.h"
-#include "truetriad/formats/import.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"
 

@@ -2,11 +2,8 @@
 //
 // Files of other programs, the format by the first byte (or laboratory.yaml); a 0xFF byte ends one
 // and begins the next.
-#include "truetriad/formats/import.h"
-
 #include "fuzz/fuzz_target.h"
 #include "truetriad/formats/export.h"
-#include "truetriad/formats/laboratory.h"
 #include "truetriad/io/calibration_file.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.

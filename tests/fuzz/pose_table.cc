@@ -3,7 +3,6 @@
 // A pose table (first byte even) or poses.yaml.
 #include "fuzz/fuzz_target.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/io/recording_writer.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // A scenario. None is simulated: how long it takes is up to what it says.
-#include "truetriad/config/scenario.h"
-
 #include "fuzz/fuzz_target.h"
+#include "truetriad/config/experiment.h"
 
 using namespace truetriad;  // NOLINT: of this source alone.
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/io/corrected_log.h"
-
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -12,6 +10,7 @@
 
 #include "io/recording_samples.h"
 #include "io/temporary_folder.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad {
 namespace corrected_log_test {

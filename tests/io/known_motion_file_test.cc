@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "io/temporary_folder.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace known_motion_file_test {

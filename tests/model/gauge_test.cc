@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/gauge.h"
-
 #include <vector>
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <gtest/gtest.h>
+
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace gauge_test {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/mounting.h"
-
 #include <set>
 #include <utility>
 
 #include <gtest/gtest.h>
+
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace mounting_test {

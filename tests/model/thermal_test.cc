@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/thermal.h"
-
 #include <cmath>
 
 #include <gtest/gtest.h>
+
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace thermal_test {

@@ -20,7 +20,7 @@
 #include "solve/solve_graph.h"
 #include "support/finding_matchers.h"
 #include "support/six_turns.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace motion_test {

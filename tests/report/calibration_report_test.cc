@@ -10,7 +10,6 @@
 
 #include "report/charts.h"
 #include "report/sample_calibration.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
 #include "truetriad/report/report.h"
 

@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "model/attitude_sets.h"
-#include "truetriad/sim/simulation.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad {
 

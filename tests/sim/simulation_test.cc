@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/sim/simulation.h"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -12,7 +10,7 @@
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/io/recording_writer.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad {
 namespace simulation_test {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "problem/pose_node.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad::trials {
 namespace {
@@ -37,8 +37,7 @@ void MagnetometerAlone(Trial* trial, Random* /*random*/) {
 void SixFaces(Trial* trial, Random* random) {
   Drop(kMag, trial);
   // The unit's axes stand in the block as they were built in.
-  trial->unit.models[kAccel]->sensitivity *=
-      SmallTurn(2.0 * kRadPerDeg, random).toRotationMatrix();
+  trial->unit.models[kAccel]->sensitivity *= SmallTurn(2.0 * kRadPerDeg, random).toRotationMatrix();
   trial->options.attitudes.kind = AttitudeKind::kSixFace;
   trial->options.gauge = Gauge::kFixture;
   const AttitudeOptions& block = trial->options.attitudes;

@@ -13,7 +13,7 @@
 #include "math/distributions.h"
 #include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/model/gauge.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad::trials {
 

@@ -15,7 +15,7 @@
 #include "math/dense/cholesky.h"
 #include "math/random.h"
 #include "model/world.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/math/rotation.h"

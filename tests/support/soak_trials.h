@@ -13,7 +13,7 @@
 #include "problem/parameter_name.h"
 #include "support/accel_mag_trials.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad::trials {
 

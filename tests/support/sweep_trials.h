@@ -15,7 +15,7 @@
 #include "math/random.h"
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/model/thermal.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad::trials {
 

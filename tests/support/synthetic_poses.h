@@ -9,7 +9,6 @@
 
 #include "math/random.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/triad_model.h"
 

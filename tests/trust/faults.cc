@@ -11,7 +11,7 @@
 #include <optional>
 #include <utility>
 
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "trust/joined.h"
 
 namespace truetriad::trust {

@@ -14,12 +14,11 @@
 
 #include "support/nightly.h"
 #include "truetriad/calibrate/calibrate.h"
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/config/scenario.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/session/session.h"
-#include "truetriad/sim/simulation.h"
+#include "truetriad/sim/scenario.h"
 #include "trust/recording.h"
 
 namespace truetriad::trust {

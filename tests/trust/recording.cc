@@ -12,7 +12,7 @@
 #include "data/memory_source.h"
 #include "io/known_motion_file.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/recording_writer.h"
+#include "truetriad/io/recording.h"
 
 namespace truetriad::trust {
 namespace {

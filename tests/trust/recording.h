@@ -10,10 +10,8 @@
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/sim/scenario.h"
-#include "truetriad/sim/simulation.h"
 
 namespace truetriad::trust {
 

@@ -17,7 +17,7 @@
 #include "cli/command_line_run.h"
 #include "math/random.h"
 #include "support/nightly.h"
-#include "truetriad/config/scenario.h"
+#include "truetriad/config/experiment.h"
 #include "trust/faults.h"
 #include "trust/recording.h"
 

@@ -10,9 +10,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "truetriad/calibrate/compare.h"
+#include "truetriad/calibrate/evaluate.h"
 #include "truetriad/config/experiment.h"
-#include "truetriad/config/scenario.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/session/session.h"
 #include "trust/recording.h"

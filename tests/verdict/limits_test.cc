@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "truetriad/model/limits.h"
+#include "truetriad/model/quality.h"
 
 namespace truetriad {
 namespace limits_test {

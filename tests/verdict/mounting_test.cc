@@ -2,8 +2,6 @@
 //
 // Sensors whose axes are not where they are said to be.
 
-#include "truetriad/model/mounting.h"
-
 #include <string>
 #include <vector>
 
@@ -13,6 +11,7 @@
 #include "support/finding_matchers.h"
 #include "support/synthetic_poses.h"
 #include "truetriad/calibrate/calibrate.h"
+#include "truetriad/model/calibration.h"
 
 namespace truetriad {
 namespace mounting_test {

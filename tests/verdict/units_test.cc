@@ -11,7 +11,7 @@
 #include <gtest/gtest.h>
 
 #include "support/finding_matchers.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad {
 namespace units_test {

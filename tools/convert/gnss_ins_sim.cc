@@ -13,7 +13,7 @@
 #include "io/recording_layout.h"
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad::convert {
 namespace {

@@ -15,7 +15,6 @@
 #include "tools/convert/common/converter.h"
 #include "tools/convert/common/recording_folder.h"
 #include "truetriad/io/recording.h"
-#include "truetriad/io/recording_writer.h"
 
 namespace truetriad::convert {
 namespace {

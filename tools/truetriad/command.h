@@ -10,7 +10,6 @@
 #include "tree/json.h"
 #include "truetriad/base/result.h"
 #include "truetriad/model/finding.h"
-#include "truetriad/model/outcome.h"
 #include "truetriad/report/report.h"
 
 namespace truetriad {

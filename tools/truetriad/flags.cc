@@ -16,7 +16,7 @@
 #include "base/spelling.h"
 #include "base/utf8.h"
 #include "io/yaml_text.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/model/tags.h"
 
 DEFINE_string(input,

@@ -12,7 +12,7 @@
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 
 DEFINE_string(as,
               "text",

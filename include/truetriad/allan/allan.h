@@ -8,10 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/model/tags.h"

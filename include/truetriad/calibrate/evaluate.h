@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -82,5 +84,107 @@ Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,
                                    bool is_own = false,
                                    const CountSizes& si_per_count = {});
+
+/// Which of two calibrations has the smaller errors.
+enum class Better { kNeither, kA, kB, kMixed };
+/// "neither", "a", "b", "mixed".
+std::string_view BetterName(Better better);
+
+/// One kind of error of two calibrations on the same poses; `a` and `b` are the RMS of each.
+struct ErrorOfTwo {
+  /// "accelerometer": length of the reading minus gravity; "accelerometer-spread": that length
+  /// minus its mean; "magnetometer" and "magnetometer-spread" likewise with the field; "angle":
+  /// angle between field and gravity minus its mean; "gyroscope": rate at rest; "turn": direction
+  /// after each turn.
+  std::string_view name;
+  std::string_view unit;  ///< "mm/s^2", "uT", "deg", "deg/s".
+  double a = 0.0, b = 0.0;
+  int count = 0;  ///< Poses, or turns.
+  /// kNeither unless the errors differ by over 10 % and by more than chance; "accelerometer" must
+  /// also differ by more than 2 σ of gravity. "magnetometer" never decides, since fields differ
+  /// from place to place.
+  Better better = Better::kNeither;
+
+  /// The larger error as a multiple of the smaller.
+  double times() const { return a < b ? b / a : a / b; }
+};
+
+/// Errors of two calibrations of one unit on the same recording. They are compared with each other,
+/// not with predicted errors, since imported calibrations have no σ.
+struct SideBySide {
+  EvaluationSummary a, b;
+  std::vector<ErrorOfTwo> errors;
+  /// References of the lengths. An import only assumes them, so that a calibration of this program
+  /// takes precedence. If no field is set, each calibration's mean length is used.
+  double gravity_mps2 = kStandardGravityMps2;
+  std::optional<double> field_ut;
+};
+Better BetterOf(const SideBySide& both);
+
+/// `is_own`: whether a and b were made from `poses`; poses that either of them left out are left
+/// out for both. Errors: as Evaluate.
+Result<SideBySide> EvaluateSideBySide(const Calibration& a,
+                                      const Calibration& b,
+                                      const PoseSet& poses,
+                                      const std::array<bool, 2>& is_own = {},
+                                      const CountSizes& si_per_count = {});
+
+/// One parameter of two calibrations of one unit, both in the same body frame.
+struct ComparisonEntry {
+  std::string parameter;
+  double a = 0.0, b = 0.0;
+  double difference = 0.0;
+  double sigma = 0.0;  ///< σ of the difference if the two are independent.
+};
+struct Comparison {
+  std::vector<ComparisonEntry> entries;
+  double chi2 = 0.0;
+  int dof = 0;
+  double p_value = 1.0;
+  double largest_in_sigmas = 0.0;
+  /// Parameters that are not compared, in words: those that one of the two lacks, holds fixed or
+  /// states without a σ.
+  std::vector<std::string> not_compared;
+  /// In one of the two, or both, the field strength was a convention. The comparison therefore
+  /// leaves out the common scale of the magnetometer.
+  bool field_scale_taken_out = false;
+  /// The body frames are unrelated (one is the accelerometer's, the other the magnetometer's). Only
+  /// values that no rotation changes were compared, such as biases and C^T C ("gram").
+  bool frames_differ = false;
+};
+
+/// Whether two calibrations agree.
+enum class Agreement {
+  kNotCompared,  ///< They have no common parameter with a σ.
+  kAgree,        ///< p of all differences together is at least kAgreementProbability.
+  kDiffer,
+};
+/// Of the pairs of calibrations of an unchanged unit, one in a hundred counts as kDiffer by chance.
+inline constexpr double kAgreementProbability = 0.01;
+Agreement AgreementOf(const Comparison& comparison);
+std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
+
+/// Whether the two are more alike than two recordings can be, even if their σ were three times too
+/// large: they were made from the same readings.
+bool IsTooAlike(const Comparison& comparison);
+
+/// The entry that differs by the most σ; null if none has a σ.
+const ComparisonEntry* LargestOf(const Comparison& comparison);
+
+Result<Comparison> Compare(const Calibration& a, const Calibration& b);
+
+/// How much a unit's parameters change, beyond noise, from one power-up or day to the next.
+struct Repeatability {
+  PerTriad<double> bias{{0.0, 0.0, 0.0}};   ///< σ of each axis, true unit.
+  PerTriad<double> scale{{0.0, 0.0, 0.0}};  ///< Relative σ of each gain.
+};
+
+/// Adds the repeatability to the calibration's covariance, to compare it with one of another day.
+Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
+
+/// The calibration if gravity is exactly this value. Two calibrations from one place share the
+/// error of gravity, which is then no uncertainty of their difference. Unchanged if gravity was
+/// exact.
+Calibration AtGravity(double gravity_mps2, Calibration calibration);
 
 }  // namespace truetriad

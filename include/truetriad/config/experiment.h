@@ -6,13 +6,34 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "truetriad/base/result.h"
-#include "truetriad/config/plan.h"
+#include "truetriad/base/triad.h"
 #include "truetriad/data/pose_collection.h"
-#include "truetriad/model/earth.h"
+#include "truetriad/model/calibration.h"
+#include "truetriad/planning/plan.h"
 #include "truetriad/problem/options.h"
+#include "truetriad/sim/scenario.h"
 
 namespace truetriad {
+
+/// `plan: { nominal: { <sensor>: … } }`: the approximate properties of the unit.
+struct NominalSensor {
+  std::optional<Unit> unit;                        ///< Unit of future readings; default: true unit.
+  std::optional<Eigen::Matrix3d> sensitivity;      ///< Raw per true unit; default: unit's scale.
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< Raw.
+};
+
+/// `plan:` of an experiment: which poses to search for. A calibration ignores it.
+struct PlanConfig {
+  PlanConfig() { options.random_draws = 200; }
+
+  PlanOptions options;          ///< Has the values that `plan:` states.
+  std::string program;          ///< File to judge instead of a search; resolved; empty: none.
+  bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
+  PerTriad<NominalSensor> nominal;
+};
 
 /// `turns:` and `rates:` of an experiment.
 struct KnownMotionsConfig {
@@ -152,5 +173,22 @@ Result<Experiment> ReadExperiment(const std::string& path,
 Result<Experiment> ReadExperimentText(const std::string& text,
                                       const std::string& path,
                                       const std::vector<std::string>& overrides = {});
+
+/// Reads a scenario (`scenario: 1`), docs/simulation.md, and converts its quantities from the units
+/// of data sheets to those of sim/scenario.h.
+///
+/// `base:` names a scenario whose keys hold unless the scenario itself states them; lists (motion,
+/// disturbances) replace those of the base as a whole. `overrides` are `key.sub=value` pairs (the
+/// `--set` flag), the value in YAML flow style, read after both. Paths are relative to the file
+/// that names them; paths in overrides, to `path`. Errors (bad input), all at once: unknown and
+/// duplicate keys, wrong types and values out of range, with file:line or the override; a quantity
+/// stated in two units; values that contradict each other.
+Result<Scenario> ReadScenario(const std::string& path,
+                              const std::vector<std::string>& overrides = {});
+
+/// As ReadScenario, for the text of a scenario whose path would be `path`.
+Result<Scenario> ReadScenarioText(const std::string& text,
+                                  const std::string& path,
+                                  const std::vector<std::string>& overrides = {});
 
 }  // namespace truetriad

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
-#include "truetriad/data/known_motion.h"
 #include "truetriad/data/sample_source.h"
 #include "truetriad/data/static_pose.h"
 
@@ -106,5 +105,11 @@ Result<PoseSet> CollectPoses(SampleSource& source,
 /// For pose tables, which CollectPoses does not read: moves the poses at which a rate was held from
 /// set->poses to set->rates. Error (bad input): a rate is not stated for a pose of the table.
 Status TakeRates(const std::vector<StatedRate>& rates, PoseSet* set);
+
+/// Joins recordings of one unit, which was switched off in between, into one set. Poses are
+/// numbered consecutively, the times of a session come after those of the session before, and no
+/// move leads from one session to the next. Error (bad input): serials, sensors or units of
+/// measurement differ, or only some of the recordings have times.
+Result<PoseSet> JoinSessions(std::vector<PoseSet> sessions);
 
 }  // namespace truetriad

@@ -7,14 +7,19 @@
 #include <string>
 #include <vector>
 
-#include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
-#include "truetriad/data/recording_joint.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad {
+
+/// A place where a recording was joined from pieces, so that no turn may be integrated across it.
+struct RecordingJoint {
+  std::int64_t time_ns = 0;  ///< Time of the first reading after the joint.
+  std::int64_t row = 0;      ///< Data row of that reading.
+  std::string seen;          ///< The evidence for the joint, in words.
+  bool is_told = false;      ///< Whether a finding already reports the joint.
+};
 
 /// What is known of one triad of a recording before any row is read.
 struct StreamInfo {

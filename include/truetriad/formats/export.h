@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -14,10 +15,49 @@
 #include "truetriad/allan/allan.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/formats/laboratory.h"
 #include "truetriad/model/calibration.h"
 
 namespace truetriad {
+
+/// Laboratory, procedure and equipment of a calibration, for its record. A field that is not stated
+/// is empty.
+struct Equipment {
+  std::string name, serial, certificate;
+  std::string calibrated;  ///< The day on which it was calibrated itself: "2026-01-31".
+  std::string due;         ///< The last day on which that calibration is valid.
+};
+struct Laboratory {
+  std::string name, address, accreditation, procedure;
+  std::vector<Equipment> equipment;
+};
+
+/// The keys of laboratory.yaml and of the record, in their order. In each list the first key is
+/// required.
+template <typename Of>
+struct LaboratoryKey {
+  std::string_view key;
+  std::string Of::*value;
+  bool is_day = false;
+};
+inline constexpr std::array<LaboratoryKey<Laboratory>, 4> kLaboratoryKeys = {
+    {{"name", &Laboratory::name},
+     {"address", &Laboratory::address},
+     {"accreditation", &Laboratory::accreditation},
+     {"procedure", &Laboratory::procedure}}};
+inline constexpr std::array<LaboratoryKey<Equipment>, 5> kEquipmentKeys = {
+    {{"name", &Equipment::name},
+     {"serial", &Equipment::serial},
+     {"certificate", &Equipment::certificate},
+     {"calibrated", &Equipment::calibrated, true},
+     {"due", &Equipment::due, true}}};
+
+/// Reads a laboratory.yaml. Errors (bad input), reported together with file and line: a missing
+/// name, an invalid day, an unknown key.
+Result<Laboratory> ReadLaboratory(const std::string& path);
+
+/// Whether the calibration time `created` (ISO 8601) is after the due day of the equipment; unset
+/// if the time or the due day is not stated.
+std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created);
 
 /// The arithmetic in which a program applies an exported file. Below, this program is the consumer.
 enum class Arithmetic { kFloat32, kFloat64, kIntegers };
@@ -156,5 +196,30 @@ Result<Export> ExportCalibration(const Calibration& calibration,
 /// Writes the noise in `options.allan` as the text of `format`, for uncalibrated sensors: biases
 /// are zero and gains one. Errors: as ExportCalibration; options.allan is unset (usage).
 Result<Export> ExportNoise(std::string_view format, const ExportOptions& options);
+
+struct ImportOptions {
+  /// The version of the importing program: "0.1.0".
+  std::string software_version = {};
+  /// Units of the calibration's readings. Unset: the true unit if the format fixes a unit,
+  /// otherwise the unit that the file states. Must be set if neither states a unit.
+  PerTriad<std::optional<std::string>> units = {};
+  /// Which of several equal sensors is imported, in the other program's counting. Unset: the first.
+  std::optional<int> instance = {};
+  /// Device IDs that select the sensors in place of `instance`, for formats that state IDs.
+  PerTriad<std::optional<std::int64_t>> device_ids = {};
+};
+
+struct Import {
+  Calibration calibration;
+  std::vector<std::string> notes;  ///< The assumptions that were made.
+};
+
+/// Imports the calibration that a unit uses today, for comparison and evaluation. The equation of
+/// the other program becomes bias and sensitivity; every σ is zero. The gauge follows from the form
+/// of the leading triad's matrix. Errors (usage): no such format; a format that cannot be imported;
+/// an unknown unit. Errors (bad input): files that cannot be read or hold no calibration.
+Result<Import> ImportCalibration(std::string_view format,
+                                 const std::vector<std::string>& paths,
+                                 const ImportOptions& options = {});
 
 }  // namespace truetriad

@@ -1,24 +1,100 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
-#include "truetriad/base/input_file.h"
+#include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
 #include "truetriad/model/finding.h"
-#include "truetriad/model/gauge.h"
-#include "truetriad/model/outcome.h"
 #include "truetriad/model/quality.h"
 #include "truetriad/model/tags.h"
 #include "truetriad/model/triad_model.h"
 
 namespace truetriad {
+
+/// Which of the equivalent body frames a result is stated in. Static readings leave one common
+/// rotation of all triads undetermined; the leading triad fixes it. docs/method.md, "Gauge".
+enum class Gauge {
+  kAccelX,     ///< Leading sensitivity lower triangular: body x along the x sensing axis.
+  kAccelZ,     ///< Leading sensitivity upper triangular. Tedaldi et al. 2014.
+  kSymmetric,  ///< Leading sensitivity symmetric: the least rotation.
+  kFixture,    ///< Known attitudes define the body frame: leading sensitivity full.
+};
+
+std::string_view GaugeName(Gauge gauge);
+std::optional<Gauge> GaugeFromName(std::string_view name);
+
+/// The rotation Q for which `sensitivity * Q` has the form that `gauge` asks of the leading triad.
+/// `axis_sign` (+1, or -1 for a chip that reports gravity) is the sign of the first two (accel-x)
+/// or the last two (accel-z) diagonal entries; the sign of the remaining entry makes det Q = +1,
+/// for left-handed triads, too. Identity for kFixture.
+Eigen::Matrix3d GaugeRotation(Gauge gauge,
+                              const Eigen::Matrix3d& leading_sensitivity,
+                              double axis_sign = 1.0);
+
+/// Derivative of the rotation: for a change dS of the leading sensitivity, Q changes by
+/// Q * [omega]_x with omega = Jacobian * vec(dS) (3x9, vec column-major).
+Eigen::Matrix<double, 3, 9> GaugeRotationJacobian(Gauge gauge,
+                                                  const Eigen::Matrix3d& leading_sensitivity,
+                                                  const Eigen::Matrix3d& rotation);
+
+/// The mounting of a triad: a signed permutation of axes whose row i is the body axis along which
+/// sensing axis i points, so that sensitivity = gains * map apart from misalignment. Its text
+/// "+y+x-z" means: sensing x along body +y, y along +x, z along -z. AxisMapFromName also reads
+/// names of MAVLink's MAV_SENSOR_ORIENTATION, such as "ROTATION_ROLL_180_YAW_90", if the rotation
+/// is by quarter turns.
+std::string AxisMapName(const Eigen::Matrix3d& map);
+std::optional<Eigen::Matrix3d> AxisMapFromName(std::string_view name);
+
+/// All 48 signed permutations, identity first; the right-handed ones have determinant +1.
+std::vector<Eigen::Matrix3d> AllAxisMaps();
+
+/// The signed permutation nearest to `matrix` with its rows scaled to length 1.
+Eigen::Matrix3d NearestAxisMap(const Eigen::Matrix3d& matrix);
+
+/// The number of rows in which two maps differ.
+int AxesThatDiffer(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b);
+
+/// Gravity at a place, and the Earth's magnetic field of core and crust there.
+
+/// A place on WGS 84.
+struct EarthPlace {
+  double latitude_deg = 0.0;   ///< -90 to 90, positive in the north.
+  double longitude_deg = 0.0;  ///< East positive.
+  double height_m = 0.0;       ///< Above the ellipsoid.
+};
+
+/// Typical difference between gravity and the normal gravity of the ellipsoid (50 mGal).
+inline constexpr double kNormalGravitySigmaMps2 = 5e-4;
+
+/// Normal gravity of WGS 84, m/s^2.
+double NormalGravityMps2(double latitude_deg, double height_m);
+
+/// The Earth's magnetic field away from iron and currents. The σ are those of the model; they
+/// include the crust and the average disturbance from ionosphere and magnetosphere.
+struct EarthField {
+  double strength_ut = 0.0;
+  double dip_deg = 0.0;          ///< Positive where the field points down.
+  double declination_deg = 0.0;  ///< Of magnetic north from true north, positive to the east.
+  double strength_sigma_ut = 0.0;
+  double dip_sigma_deg = 0.0;
+  double declination_sigma_deg = 0.0;
+};
+
+/// The day `date`, "2026-01-31", as a year with fraction: 2026.0 is the first of January.
+/// Error (bad input): not a day of the calendar in this form.
+Result<double> DecimalYear(const std::string& date);
+
+/// The World Magnetic Model 2025 at `place`. Error (bad input): a year outside of 2025.0 to 2030.0,
+/// or data files that are missing (FindSharedFile) or damaged.
+Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year);
 
 /// The origin of the noise by which a triad was weighted.
 enum class NoiseSource { kStatic, kAllan, kDatasheet, kConfig, kResidual };
@@ -161,6 +237,61 @@ struct Calibration {
                ? OutcomeName(outcome)
                : FindingCodeName(refusal->code);
   }
+};
+
+/// The temperature that governs each axis of a triad, and its rate.
+struct ThermalState {
+  Eigen::Vector3d degc = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
+};
+
+/// The model of a triad at temperature T that changes at rate T' (degC/s); docs/method.md,
+/// "Temperature":
+///
+///   b(T, T') = b0 + sum_i b_i tau^i + d1 T' + d2 T'^2 + f tau T'
+///   S(T)     = S0 + sum_i S_i tau^i                                  tau = T - reference
+///
+/// `at_reference` is (S0, b0). The temperature is not clamped to `thermal.range_degc`.
+TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
+                                      const ThermalTerms& thermal,
+                                      double temperature_degc,
+                                      double rate_degcps = 0.0);
+
+/// As above, with a temperature and a rate of its own for each axis (row of S).
+TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
+                                      const ThermalTerms& thermal,
+                                      const ThermalState& state);
+
+/// A first-order lag, lag dy/dt = x - y; exact if the input is linear between readings. The output
+/// starts at the first input. If the lag is 0, the output is the input.
+class FirstOrderLag {
+ public:
+  explicit FirstOrderLag(double lag_s) : lag_s_(lag_s) {}
+  double Next(double time_s, double input);
+  double lag_s() const { return lag_s_; }
+
+ private:
+  double lag_s_;
+  double time_s_ = 0.0, input_ = 0.0, value_ = 0.0;
+  bool started_ = false;
+};
+
+/// Computes the temperature and the rate of each axis from a thermometer's reading T:
+///
+///   element temperature  E: lag_e E' = T - E            lag_e = 0: E = T
+///   its rate             (E - F) / lag_r,  lag_r F' = E - F
+///
+/// (E - F) / lag_r is E' behind a first-order lag. If lag_r is 0, the rate is E' = (T - E) / lag_e;
+/// if lag_e is 0, too, lag_r is `smoothing_s`.
+class TemperatureFilter {
+ public:
+  explicit TemperatureFilter(const ThermalTerms& thermal);
+  /// Times must not decrease; a temperature of NaN leaves the state unchanged.
+  const ThermalState& Next(double time_s, double temperature_degc);
+
+ private:
+  std::array<FirstOrderLag, 3> element_, rate_;
+  ThermalState state_;
 };
 
 }  // namespace truetriad

@@ -1,17 +1,77 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
 
+#include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/model/coverage.h"
-#include "truetriad/model/limits.h"
 
 namespace truetriad {
+
+/// How evenly the directions of one triad's poses cover the sphere.
+struct Coverage {
+  Triad triad = Triad::kAccelerometer;
+  Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending; sum: 1.
+  /// Radius of the largest cap without a direction. A direction does not cover its opposite: only
+  /// both together determine the bias.
+  double largest_gap_deg = 180.0;
+};
+
+/// Coverage by unit vectors u (body frame); the gap is found on a grid of 4.5 degrees. Without
+/// directions: eigenvalues zero, gap 180.
+Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions);
+
+/// The range allowed for a value, in the unit of its quantity; an infinite side is open.
+struct Limit {
+  double lower = -std::numeric_limits<double>::infinity();
+  double upper = std::numeric_limits<double>::infinity();
+  std::optional<double> target;  ///< The intended value; not judged.
+  bool if_present = false;       ///< Calibrations without the quantity are not judged by it.
+
+  /// A symmetric range: -most to `most`.
+  static Limit Within(double most) { return {-most, most, std::nullopt, false}; }
+  bool IsAboutZero() const { return lower == -upper && !target && !if_present; }
+};
+
+/// Which components a quantity has.
+enum class LimitShape {
+  kScalar,   ///< one
+  kAxes,     ///< x, y, z
+  kEntries,  ///< xy, xz, yx, yz, zx, zy
+  kPairs,    ///< xy, xz, yz
+};
+
+/// A quantity for which limits can be set.
+struct LimitQuantity {
+  std::string_view name;  ///< "bias" (of a sensor) or "reference.dip_deg".
+  LimitShape shape;
+  std::string_view unit;  ///< "{true}": the sensor's true unit.
+};
+
+/// The parts of a limit's name: `accelerometer.bias`, `accelerometer.bias.x`, `reference.dip_deg`.
+struct LimitName {
+  std::optional<Triad> triad;  ///< Unset: a quantity of the reference.
+  LimitQuantity quantity;
+  std::string component;  ///< "x", "xy"; empty: every component.
+
+  /// Whether the quantity is an RMS or a σ.
+  bool IsNeverNegative() const;
+  /// Whether the quantity is a slope over temperature.
+  bool IsSlope() const;
+  /// Whether the quantity depends on the magnetometer's common gain, which is a mere convention if
+  /// the field strength is unknown.
+  bool GoesWithField() const;
+  /// "m/s^2", "rad", "1"; with the sensor's true unit inserted.
+  std::string Unit() const;
+};
+/// Parses a name. Error (usage): the name is unknown; the message lists the known ones.
+Result<LimitName> ParseLimitName(const std::string& name);
 
 /// One direction in parameter space that the poses determine badly.
 struct WeakDirection {

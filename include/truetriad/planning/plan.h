@@ -12,8 +12,6 @@
 
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
-#include "truetriad/base/units.h"
-#include "truetriad/data/pose_program.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 #include "truetriad/problem/options.h"

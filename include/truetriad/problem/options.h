@@ -16,9 +16,8 @@
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
-#include "truetriad/model/gauge.h"
-#include "truetriad/model/outcome.h"
-#include "truetriad/model/terms.h"
+#include "truetriad/model/finding.h"
+#include "truetriad/model/triad_model.h"
 
 namespace truetriad {
 

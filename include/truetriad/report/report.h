@@ -6,9 +6,7 @@
 #include <vector>
 
 #include "truetriad/base/result.h"
-#include "truetriad/calibrate/compare.h"
 #include "truetriad/calibrate/evaluate.h"
-#include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/data/static_pose.h"
 #include "truetriad/model/calibration.h"
 

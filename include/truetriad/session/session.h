@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "truetriad/base/input_file.h"
 #include "truetriad/base/result.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/config/experiment.h"

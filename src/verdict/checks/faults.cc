@@ -9,7 +9,7 @@
 #include "base/messages.h"
 #include "base/sensor_line.h"
 #include "faults/words.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {

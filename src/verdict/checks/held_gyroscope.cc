@@ -7,7 +7,7 @@
 #include "math/distributions.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "verdict/checks/check.h"
 #include "verdict/turn_errors.h"
 

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/model/mounting.h"
-
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -12,7 +10,8 @@
 #include "problem/hemisphere.h"
 #include "problem/lay_out.h"
 #include "solve/field_side.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
+#include "truetriad/model/calibration.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {

@@ -17,7 +17,7 @@
 #include "model/mechanisms.h"
 #include "problem/moves.h"
 #include "problem/start_values.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "verdict/checks/units.h"
 
 namespace truetriad {

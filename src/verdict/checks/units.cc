@@ -13,7 +13,7 @@
 #include "model/mechanisms.h"
 #include "problem/graph_builder.h"
 #include "problem/start_values.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 #include "verdict/checks/check.h"
 
 namespace truetriad {

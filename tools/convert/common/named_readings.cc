@@ -15,7 +15,7 @@
 
 #include "io/recording_layout.h"
 #include "tools/convert/common/recording_folder.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad::convert {
 namespace {

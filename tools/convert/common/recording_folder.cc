@@ -19,7 +19,7 @@
 #include "io/yaml_text.h"
 #include "tools/convert/common/converter.h"
 #include "tools/truetriad/interruption.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad::convert {
 namespace {

@@ -13,7 +13,7 @@
 #include "io/yaml_reader.h"
 #include "tools/convert/common/named_readings.h"
 #include "tools/convert/common/recording_folder.h"
-#include "truetriad/base/units.h"
+#include "truetriad/base/triad.h"
 
 namespace truetriad::convert {
 namespace {

@@ -28,7 +28,7 @@
 #include "tools/truetriad/progress.h"
 #include "tree/to_tree.h"
 #include "truetriad/allan/allan.h"
-#include "truetriad/base/version.h"
+#include "truetriad/base/result.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/formats/export.h"
 #include "truetriad/io/calibration_file.h"

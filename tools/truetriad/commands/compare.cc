@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "truetriad/calibrate/compare.h"
-
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -18,7 +16,6 @@
 #include "tools/truetriad/progress.h"
 #include "tree/to_tree.h"
 #include "truetriad/calibrate/evaluate.h"
-#include "truetriad/calibrate/side_by_side.h"
 #include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
 #include "truetriad/report/report.h"

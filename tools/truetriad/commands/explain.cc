@@ -10,7 +10,7 @@
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
-#include "truetriad/base/error.h"
+#include "truetriad/base/result.h"
 #include "truetriad/model/finding.h"
 
 namespace truetriad {

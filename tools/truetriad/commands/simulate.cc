@@ -23,10 +23,10 @@
 #include "tools/truetriad/interruption.h"
 #include "tools/truetriad/output_folder.h"
 #include "tools/truetriad/progress.h"
-#include "truetriad/config/scenario.h"
+#include "truetriad/config/experiment.h"
 #include "truetriad/io/calibration_file.h"
-#include "truetriad/io/recording_writer.h"
-#include "truetriad/sim/simulation.h"
+#include "truetriad/io/recording.h"
+#include "truetriad/sim/scenario.h"
 
 DEFINE_int32(jobs, 0, "N: number of units at a time; 0: one per core");
 
