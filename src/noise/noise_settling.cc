@@ -117,6 +117,8 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                        "noise: { excess: { sigma: … } }") +
             " if you know it");
     finding.sensor = TriadOf(*unseen);
+    // If the poses' noise is known and hides that of turns, the latter hardly matters.
+    if (*unseen == NoiseComponent::kTurn && !noise->estimated.empty()) finding.As(Severity::kNote);
     ApplyExcess(noise->excess, graph);
     system->Eliminate(*graph);
     noise->estimate = ExcessEstimate{};
