@@ -33,12 +33,17 @@ constexpr double kSkewSigmas = 5.0;
 // s^3; so the mean shifts by (p^2 m)^(1/3), most at the largest p. Chosen: a tenth of the readings.
 constexpr double kMostShare = 0.1;
 
-double MedianBeside(const std::vector<double>& values, std::size_t i) {
+std::array<double, 2 * kEachSide> Beside(const std::vector<double>& values, std::size_t i) {
   std::array<double, 2 * kEachSide> beside;
   for (std::size_t k = 0; k < kEachSide; ++k) {
     beside[2 * k] = values[i - 1 - k];
     beside[2 * k + 1] = values[i + 1 + k];
   }
+  return beside;
+}
+
+double MedianBeside(const std::vector<double>& values, std::size_t i) {
+  std::array<double, 2 * kEachSide> beside = Beside(values, i);
   std::sort(beside.begin(), beside.end());
   return 0.5 * (beside[kEachSide - 1] + beside[kEachSide]);
 }
@@ -56,7 +61,16 @@ class AxisScreen {
     Compare(is_compared);
   }
 
-  bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
+  // Whether reading i is a spike. In a fast move between rests, readings beside it are as far off.
+  bool IsSpike(std::size_t i) const {
+    if (!IsFar(i)) return false;
+    std::array<double, 2 * kEachSide> beside = Beside(off_, i);
+    for (double& off : beside) off = std::abs(off);
+    std::sort(beside.begin(), beside.end());
+    // Two of the six may be spikes, too. White noise makes the third largest 0.9 σ on average, and
+    // hardly ever 2 σ.
+    return std::abs(off_[i]) > 0.5 * kFarSigmas * beside[2 * kEachSide - 3];
+  }
   // Bound of the shift of the mean by one-sided outliers that are not far enough to be found.
   double OneSided() const {
     double count = 0.0, cubes = 0.0, squares = 0.0;
@@ -75,6 +89,8 @@ class AxisScreen {
   }
 
  private:
+  bool IsFar(std::size_t i) const { return std::abs(off_[i]) > kFarSigmas * sigma_[i / kTogether]; }
+
   void Compare(const std::vector<bool>& is_compared) {
     for (std::size_t i = kEachSide; i + kEachSide < values_.size(); ++i) {
       if (is_compared[i]) off_[i] = values_[i] - MedianBeside(values_, i);
@@ -152,15 +168,16 @@ SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
     for (int axis = 0; axis < 3; ++axis) {
       screen.one_sided_raw[axis] = axes[static_cast<std::size_t>(axis)].OneSided();
     }
-    const auto is_far = [&](std::size_t i) {
-      return i + kEachSide < count &&
-             std::any_of(axes.begin(), axes.end(), [i](const auto& axis) { return axis.IsFar(i); });
+    const auto is_spike = [&](std::size_t i) {
+      return i + kEachSide < count && std::any_of(axes.begin(), axes.end(), [i](const auto& axis) {
+               return axis.IsSpike(i);
+             });
     };
     bool is_new = false;
     for (std::size_t i = kEachSide; i < count; ++i) {
-      if (!is_far(i) || !Acts(Mechanism::kMotionSpikes)) continue;
+      if (!is_spike(i) || !Acts(Mechanism::kMotionSpikes)) continue;
       const std::size_t begin = i;
-      for (; is_far(i); ++i) {
+      for (; is_spike(i); ++i) {
         is_new = is_new || !is_replaced[i];
         is_replaced[i] = true;
       }
