@@ -187,7 +187,8 @@ TEST(FaultColumns, WithoutBlocksShowNothing) {
   for (PoseNode& node : settled.graph.nodes) node.state = settled.graph.nodes.front().state;
   const FaultScene scene(settled.graph);
   ScannedForm form(scene.ColumnsOf(Triad::kAccelerometer, FaultForm::kPlay), true);
-  form.Project(FaultSystem(settled.graph, settled.noise.estimated));
+  const ReducedSystem system(settled.graph);
+  form.Project(FaultSystem(system, settled.graph, settled.noise.estimated));
   const ColumnSums sums = form.SumsOf(WeightsOf(FaultShape::kThroughout, {0, 0}, scene));
   EXPECT_EQ(SeenDirections(sums).cols(), 0);
   EXPECT_EQ(sums.squares.size(), 3);
