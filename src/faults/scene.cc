@@ -46,7 +46,8 @@ constexpr std::array kDiagonalForms = {FaultForm::kBias,
                                        FaultForm::kSize,
                                        FaultForm::kSquare,
                                        FaultForm::kCube,
-                                       FaultForm::kGainByRate};
+                                       FaultForm::kGainByRate,
+                                       FaultForm::kStill};
 
 // Forms whose columns are computed from the gyroscope's readings along a turn.
 constexpr std::array kOfRates = {FaultForm::kGain,
@@ -166,6 +167,8 @@ void FaultScene::PlaceTurns() {
     turn_into_[edge.from + 1] = static_cast<int>(turn_rows_.size());
     turn_rows_.push_back(row);
     row += 3;
+    // A step q that hides the noise has the σ q / √12.
+    half_step_ = half_step_.max(std::sqrt(3.0) * edge.sigma_raw.array());
     for (const Eigen::Vector3d& raw : edge.move.reading_raw) {
       largest = std::max(largest, (raw - edge.at.triad.bias).cwiseAbs().maxCoeff());
     }
@@ -288,6 +291,7 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     diagonal[3] += K * u.cwiseAbs2().asDiagonal();
     diagonal[4] += K * u.cwiseProduct(u.cwiseAbs2()).asDiagonal();
     diagonal[5] += K * (speed * u).asDiagonal();
+    diagonal[6] += K * Eigen::Vector3d((u.array().abs() <= half_step_).cast<double>()).asDiagonal();
     const Eigen::Vector3d step = R * (span_s * rate);
     sums.squared_steps += step * step.transpose();
     sums.fastest = std::max(sums.fastest, speed);
@@ -377,6 +381,8 @@ Eigen::MatrixXd FaultScene::AtPose(Triad triad, FaultForm form, std::size_t k) c
     case FaultForm::kBias:
     case FaultForm::kReading:
       return Eigen::Matrix3d::Identity();
+    case FaultForm::kStill:
+      return diagonal((u.abs() <= half_step_).cast<double>());
     case FaultForm::kGain:
       return diagonal(u);
     case FaultForm::kMatrix:

@@ -32,6 +32,7 @@ enum class FaultForm {
   kByAttitude,  // S R^T ⊗ f^T                   h true units
   kPlay,        // diag(sign of the last motion of u)
   kSettling,    // u of the pose before - u      h a share
+  kStill,       // I of readings within half a step of the bias
   kReading,     // I of poses alone, not of turns
   kTurn,        // I of turns alone              h rad
   kShortTurn,   // along the turn's angle        h rad
@@ -133,8 +134,9 @@ class FaultScene {
   std::vector<int> turn_into_;              // of each node; -1: none
   std::vector<Eigen::Index> turn_rows_;
   std::vector<std::size_t> stretch_begin_, stretch_of_;
-  PerTriad<double> largest_{{0.0, 0.0, 0.0}};  // |u|
-  mutable double largest_rate_ = 0.0;          // computed with turns_
+  PerTriad<double> largest_{{0.0, 0.0, 0.0}};          // |u|
+  mutable double largest_rate_ = 0.0;                  // computed with turns_
+  Eigen::Array3d half_step_ = Eigen::Array3d::Zero();  // of the gyroscope, raw unit
   struct Path {
     Eigen::Vector3d angle = Eigen::Vector3d::Zero();
     double time_s = 0.0;

@@ -69,8 +69,8 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
   return bends;
 }
 
-// If a gyroscope's noise at rest is below a converter step, its readings are equal in all rests and
-// share one rounding error of up to half a step. Readings of a unit that turns are without it.
+// If a gyroscope's noise at rest is below a converter step, its readings are equal in all rests,
+// and as a turn begins and ends: they share one rounding error of up to half a step.
 std::optional<StatedFault> RoundingOf(const PoseSet& poses,
                                       const PoseGraph& graph,
                                       const ReducedSystem& system) {
@@ -88,18 +88,11 @@ std::optional<StatedFault> RoundingOf(const PoseSet& poses,
   if (LargestInSigmas(graph.layout, system.covariance(), moved) < kRoundingSigmas) {
     return std::nullopt;
   }
-  StatedFault rounding;
-  rounding.sigma = sigma.cwiseMax(1e-3 * sigma.maxCoeff());
-  Eigen::Index row = 0;
-  for (const PoseNode& node : graph.nodes) {
-    for (std::size_t i = 0; i < node.observations.size(); ++i) {
-      if (node.role != PoseRole::kRest || node.observations[i].triad != Triad::kGyroscope) continue;
-      rounding.column.Add(row + 3 * static_cast<Eigen::Index>(i), Eigen::Matrix3d::Identity());
-    }
-    row += node.row_count();
-  }
-  if (rounding.column.blocks.empty() || !Acts(Mechanism::kRounding)) return std::nullopt;
-  return rounding;
+  std::vector<FaultColumn> stretches =
+      FaultScene(graph).ColumnsOf(Triad::kGyroscope, FaultForm::kStill);
+  if (stretches.empty() || !Acts(Mechanism::kRounding)) return std::nullopt;
+  return StatedFault{ScannedForm(std::move(stretches), /*is_whole=*/true).Column({}),
+                     sigma.cwiseMax(1e-3 * sigma.maxCoeff())};
 }
 
 }  // namespace
