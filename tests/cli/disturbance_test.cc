@@ -228,6 +228,30 @@ TEST_F(DisturbedRun, WithoutAnyNoiseIsStillDetermined) {
   EXPECT_LT((Result().sensors[Triad::kMagnetometer]->model.bias - bias_ut).norm(), 1e-3);
 }
 
+// Steps of 20 σ: rests show the bias to half a step, turns show it better.
+TEST_F(DisturbedRun, ACoarseGyroscopeIsOffByWhatItsSigmaSays) {
+  const Eigen::Vector3d bias = kRadPerDeg * Eigen::Vector3d(0.63, -0.34, 0.23);
+  const double step = 1.0 * kRadPerDeg;
+  for (const int seed : {1, 2, 3, 4}) {
+    Simulate("consumer-9dof",
+             "seed=" + std::to_string(seed) + ",sensors.gyroscope.resolution_degps=1");
+    const Finished run = CalibrateIt("nine-axis.yaml");
+    ASSERT_EQ(run.exit_code, 0) << run.out << run.err;
+    const Calibration found = Result();
+    int faults = 0;
+    for (const Finding& finding : found.findings) {
+      if (finding.code != FindingCode::kFault) continue;
+      ++faults;
+      EXPECT_THAT(finding.text, HasSubstr("coarser than its noise"));
+    }
+    EXPECT_EQ(faults, 1);
+    const TriadCalibration& gyroscope = *found.sensors[Triad::kGyroscope];
+    const Eigen::Array3d off = (gyroscope.model.bias - bias).array() / gyroscope.bias_sigma.array();
+    EXPECT_LT(off.abs().maxCoeff(), 4.0) << seed;
+    EXPECT_LT(gyroscope.bias_sigma.maxCoeff(), step / std::sqrt(12.0));
+  }
+}
+
 TEST_F(DisturbedRun, LeavesOutARestInWhichAMagnetPasses) {
   Simulate("disturbed");
   const Finished run = CalibrateIt("nine-axis.yaml");

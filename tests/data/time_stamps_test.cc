@@ -253,7 +253,7 @@ TEST(StampWatch, PassesRegularStampsAndLostSamplesAndNoOthers) {
   std::erase_if(times, [&](std::int64_t) { return random() % 50 == 0; });
   EXPECT_TRUE(passes(times));
   EXPECT_FALSE(passes(Jittered(Even())));
-  EXPECT_FALSE(passes(InBursts(Even(), 2)));
+  for (const std::size_t burst : {2, 32, 64}) EXPECT_FALSE(passes(InBursts(Even(), burst)));
   EXPECT_FALSE(passes(std::vector<std::int64_t>(100, 7)));
 }
 
@@ -289,6 +289,27 @@ TEST(StampShare, IsZeroWhereReadingsWereTakenEvenly) {
 
 TEST(StampShare, IsNotKnownAtRest) {
   EXPECT_FALSE(ShareOf(Jittered(Even()), Jittered(Even()), 0.0).StampsAreTrue());
+}
+
+// The gaps between bursts are left out, and the few steps that remain show nothing.
+TEST(StampShare, IsNotKnownOfLongBursts) {
+  for (const std::size_t burst : {26, 64}) {
+    EXPECT_FALSE(ShareOf(InBursts(Even(), burst), Even(), 100.0).StampsAreTrue()) << burst;
+  }
+}
+
+// A sensor at half the rate of the log, which is read in bursts: its readings change where stamps
+// do.
+TEST(StampShare, IsNotKnownOfReadingsThatRepeat) {
+  std::vector<std::int64_t> read = Even();
+  for (std::size_t i = 1; i < read.size(); i += 2) read[i] = read[i - 1];
+  std::vector<double> readings;
+  for (const std::int64_t time_ns : read) {
+    readings.push_back(std::sin(2e-9 * std::numbers::pi * static_cast<double>(time_ns)));
+  }
+  const StampShare share =
+      ShareOfStamps(InBursts(Even(), 6), readings, readings, readings, kPeriodNs);
+  EXPECT_EQ(share.sigma, 0.0);
 }
 
 }  // namespace time_stamps_test
