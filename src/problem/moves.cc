@@ -4,6 +4,13 @@
 #include <cmath>
 
 namespace truetriad {
+namespace {
+
+// Largest number of steps of a gyroscope's converter, 20 bits. Smaller differences of readings are
+// no steps: the readings are not rounded.
+constexpr double kMostSteps = 1 << 20;
+
+}  // namespace
 
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer) {
   GyroMove move;
@@ -30,9 +37,12 @@ std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
 }
 
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope) {
-  // A step q adds the variance q^2 / 12 while the unit turns, also where it hides noise at rest.
+  // A step q adds the variance q^2 / 12 while the unit turns, also if it hides the noise at rest.
+  const Eigen::Array3d range = gyroscope.maximum_raw - gyroscope.minimum_raw;
+  const Eigen::Array3d step = gyroscope.resolution_raw;
+  const Eigen::Array3d rounding = (range < kMostSteps * step).select(step / std::sqrt(12.0), 0.0);
   return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt())
-      .cwiseMax(gyroscope.resolution_raw / std::sqrt(12.0));
+      .cwiseMax(rounding.matrix());
 }
 
 }  // namespace truetriad

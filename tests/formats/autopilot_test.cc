@@ -526,7 +526,7 @@ TEST(Px4, WritesNoSensorTwiceUnderOneNumber) {
       exports->warnings,
       ElementsAre(
           HasSubstr("instance 0: is not written: its magnetometer has the device id 396825, and so "
-                    "has that of instance 1"),
+                    "has the same sensor of instance 1"),
           HasSubstr("instance 1: is not written: its magnetometer has the device id 396825"),
           HasSubstr("its accelerometer would use the same parameters as that of instance 0")));
 }
