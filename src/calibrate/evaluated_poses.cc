@@ -5,6 +5,7 @@
 
 #include "math/distributions.h"
 #include "problem/moves.h"
+#include "problem/observe.h"
 #include "problem/parameter_name.h"
 #include "truetriad/math/rotation.h"
 #include "verdict/turn_errors.h"
@@ -202,10 +203,9 @@ std::optional<EvaluatedTurns> EvaluateTurns(
     const std::set<int>& left_out) {
   const std::optional<TriadCalibration>& gyroscope = calibration.sensors[kGyroscope];
   const std::optional<TriadCalibration>& accelerometer = calibration.sensors[Triad::kAccelerometer];
-  const StreamSummary* stream = poses.Find(kGyroscope);
-  if (!gyroscope || stream == nullptr) return std::nullopt;
+  if (!gyroscope || poses.Find(kGyroscope) == nullptr) return std::nullopt;
   const std::optional<TriadModel<double>> nominal = NominalGyroscope(poses);
-  const Eigen::Vector3d sigma_raw = ReadingSigma(*stream);
+  const Eigen::Vector3d sigma_raw = ReadingSigma(poses, gyroscope->model.sensitivity);
   std::vector<double> errors, nominal_errors;
   double expected = 0.0;
   for (const RecordedMove& recorded : poses.moves) {

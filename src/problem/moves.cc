@@ -1,16 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/moves.h"
 
-#include <cmath>
-
 namespace truetriad {
-namespace {
-
-// Largest number of steps of a gyroscope's converter, 20 bits. Smaller differences of readings are
-// no steps: the readings are not rounded.
-constexpr double kMostSteps = 1 << 20;
-
-}  // namespace
 
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer) {
   GyroMove move;
@@ -37,12 +28,7 @@ std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
 }
 
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope) {
-  // A step q adds the variance q^2 / 12 while the unit turns, also if it hides the noise at rest.
-  const Eigen::Array3d range = gyroscope.maximum_raw - gyroscope.minimum_raw;
-  const Eigen::Array3d step = gyroscope.resolution_raw;
-  const Eigen::Array3d rounding = (range < kMostSteps * step).select(step / std::sqrt(12.0), 0.0);
-  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt())
-      .cwiseMax(rounding.matrix());
+  return gyroscope.noise_sigma_raw.cwiseProduct(gyroscope.correlation_inflation.cwiseSqrt());
 }
 
 }  // namespace truetriad

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "problem/observe.h"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "base/sensor_line.h"
@@ -60,8 +62,16 @@ double TimeOf(const PoseSet& poses, const StaticPose& pose) {
 }
 
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity) {
-  return ReadingSigma(*poses.Find(Triad::kGyroscope))
-      .cwiseMax(kLeastRateSigma * sensitivity.rowwise().norm());
+  const StreamSummary& gyroscope = *poses.Find(Triad::kGyroscope);
+  const Eigen::Vector3d sigma =
+      ReadingSigma(gyroscope).cwiseMax(kLeastRateSigma * sensitivity.rowwise().norm());
+  // A step q adds the variance q^2 / 12 while the unit turns, also if it hides the noise at rest.
+  // If no sensor has noise, the least difference of readings is no step.
+  const bool has_noise =
+      std::any_of(poses.streams.begin(), poses.streams.end(), [](const StreamSummary& stream) {
+        return stream.noise_sigma_raw.maxCoeff() > 0.0;
+      });
+  return has_noise ? sigma.cwiseMax(gyroscope.resolution_raw / std::sqrt(12.0)) : sigma;
 }
 
 }  // namespace truetriad

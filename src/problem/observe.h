@@ -20,7 +20,8 @@ Result<Observation> Observe(const PoseSet& poses,
 // The middle of a pose's readings, s; without times the pose's number.
 double TimeOf(const PoseSet& poses, const StaticPose& pose);
 
-// σ of one gyroscope reading, raw unit, from the rests; above zero, so that weights are finite.
+// σ of one gyroscope reading during a turn, raw unit: the noise inside the rests, and rounding;
+// above zero, so that weights are finite.
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity);
 
 }  // namespace truetriad
