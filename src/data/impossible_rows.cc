@@ -16,7 +16,8 @@ namespace {
 
 // Chosen: eight rows before an error word and eight after it give the expected reading.
 constexpr std::size_t kAbout = 8;
-// Number of rows after a word that are searched for eight good ones; two of three may be words.
+// Number of rows after an error word that are searched for eight good ones: two of three rows may
+// have error words.
 constexpr std::size_t kAhead = 24;
 // The largest number of rows held back while error words continue: eight seconds at 1 kHz.
 constexpr std::size_t kMostHeld = 8192;

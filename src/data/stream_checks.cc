@@ -26,9 +26,9 @@ constexpr std::size_t kSpacingSamples = 1024;
 constexpr std::int64_t kFewestStuckSamples = 20;
 // Chosen: two constant windows in a row can be chance if steps are coarse.
 constexpr std::size_t kFewestStuckWindows = 3;
-// With noise of half a step, one step has up to 68 % of readings: twenty are equal once in 1400.
+// If σ is half a step, up to 68 % of readings are rounded alike, and twenty once in 1400.
 constexpr double kNoiseSteps = 0.5;
-// With noise of a step, one step has up to 38 % of readings: twenty are equal once in 10^8.
+// If σ is one step, up to 38 % of readings are rounded alike, and twenty once in 10^8.
 constexpr double kStuckNoiseSteps = 1.0;
 // Chosen: five windows with noise determine the noise.
 constexpr std::size_t kFewestNoisyWindows = 5;

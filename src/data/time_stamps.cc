@@ -379,7 +379,7 @@ Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   };
   double half_width = LeastHalfWidth();
   double squares = squares_at(half_width);
-  // Beyond twice the longest piece, one line covers all of a piece.
+  // If the half-width is above twice the longest piece, each local line is one line for the piece.
   while (half_width < 2.0 * longest) {
     const double taken = freedom_taken(half_width);
     const double variance = squares / std::max(1.0, count - taken);

@@ -26,8 +26,8 @@ struct Stamps {
   std::int64_t Number(std::size_t k) const {
     return are_windows() ? row[k] : static_cast<std::int64_t>(k);
   }
-  /// Whether the sample is the last of its window. An incomplete last window has no end, since its
-  /// time may be that of a missing sample.
+  /// Whether the sample is the last of its window. In an incomplete last window no sample is: the
+  /// stamp may be that of a missing sample.
   bool EndsWindow(std::size_t k) const {
     if (k + 1 == size()) return (row[k] + 1) % window == 0;
     return row[k + 1] / window != row[k] / window;

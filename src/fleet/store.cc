@@ -153,7 +153,7 @@ Result<Thing> CheckedFromRow(std::span<const Cell> row) {
 /// The FROM and WHERE of a selection.
 std::string SourceOf(const RunSelection& which) {
   const std::string source = which.only_standing ? "standing" : "run";
-  // Each tag costs a query, so tags are joined only if there is a condition.
+  // Each tag costs a subquery, so tags are joined only if `where` may name one.
   if (which.where.empty()) return " FROM " + source + " WHERE TRUE";
   return FromWhere(source, which.where);
 }

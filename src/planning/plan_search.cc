@@ -168,7 +168,7 @@ class PlanSearch {
     int count = options_.poses;
     if (count == 0) count = Fewest().value_or(options_.max_poses);
     std::vector<Program> programs = BestPrograms(count);
-    // All starts together, refined, may need fewer poses than Fewest found from few starts.
+    // The refined programs of all starts may need fewer poses than Fewest() found from few starts.
     while (options_.poses == 0 && count > least_ && programs.front().score <= kReached) {
       std::vector<Program> fewer = BestPrograms(count - 1);
       if (fewer.front().score > kReached) break;

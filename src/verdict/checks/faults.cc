@@ -162,11 +162,12 @@ Finding FindingOf(const StatedBend& bend) {
 // `widening`: the largest factor by which the rounding widens the σ of a parameter.
 Finding RoundingFinding(double widening) {
   const double sigmas = std::sqrt(std::max(widening * widening - 1.0, 0.0));
-  Finding finding(FindingCode::kFault,
-                  "the gyroscope has a resolution coarser than its noise, so all its rests share a "
-                  "rounding error of up to half a step" +
-                      Format("; σ are up to %.2g times those without it, and include it", widening),
-                  "log it with more digits, or set a smaller full-scale range");
+  Finding finding(
+      FindingCode::kFault,
+      "the gyroscope has a resolution coarser than its noise, so all its rests share a "
+      "rounding error of up to half a step" +
+          Format("; σ include this, which makes them up to %.2g times as large", widening),
+      "log it with more digits, or set a smaller full-scale range");
   finding.About(Triad::kGyroscope).Shifting(sigmas, Treatment::kWidened);
   if (sigmas < 1.0) finding.As(Severity::kNote);
   return finding;
