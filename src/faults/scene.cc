@@ -291,7 +291,8 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
     diagonal[3] += K * u.cwiseAbs2().asDiagonal();
     diagonal[4] += K * u.cwiseProduct(u.cwiseAbs2()).asDiagonal();
     diagonal[5] += K * (speed * u).asDiagonal();
-    diagonal[6] += K * Eigen::Vector3d((u.array().abs() <= half_step_).cast<double>()).asDiagonal();
+    const Eigen::Array3d still = (u.array().abs() <= half_step_).cast<double>();
+    if (!still.isZero(0.0)) diagonal[6] += K * still.matrix().asDiagonal();
     const Eigen::Vector3d step = R * (span_s * rate);
     sums.squared_steps += step * step.transpose();
     sums.fastest = std::max(sums.fastest, speed);
