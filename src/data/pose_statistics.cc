@@ -147,7 +147,7 @@ Eigen::Matrix3d CorrelationOf(const Eigen::Matrix3d& scatter) {
 // An outlier in a window moves the mid-range by half of its error, but the mean only by its error
 // over the number of readings. So one-sided outliers show in mid-range less mean, averaged over all
 // windows. Noise with tails of any length moves the mid-range to both sides alike.
-// In steps larger than the noise, extremes are rounded to one side in all windows alike.
+// If steps are larger than the noise, rounding moves the extremes of all windows to the same side.
 Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
                               const Eigen::Vector3d& sigma_raw,
                               const Eigen::Vector3d& step_raw) {

@@ -428,7 +428,7 @@ bool EvenFit::ErrorsAddUp() const {
     long_squares += SquaresAbout(SlowPart(points, long_width), points);
     short_squares += SquaresAbout(SlowPart(points, short_width), points);
   }
-  // In bursts, growth by less than a tenth of an interval is ignored.
+  // For stamps in bursts, growth by less than a tenth of an interval is ignored.
   const double least = in_bursts_ ? 0.01 * period_ * period_ : 0.0;
   return long_squares >
          kMostGrowth * kMostGrowth * (short_squares + least * static_cast<double>(stamps_.size()));
