@@ -120,11 +120,11 @@ MotionRun FirstFit(const PoseSet& poses,
 }
 
 // Corrects the vector sensors' clocks. Returns the largest change of a clock, in its σ.
-double UpdateClocks(MotionTrack* track, MotionRun* run) {
+double UpdateClocks(const ReducedSystem& system, MotionTrack* track, MotionRun* run) {
+  const PerTriad<ClockError> errors = ClockErrorsOf(run->moments, run->graph, system);
   double change = 0.0;
-  for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
-    if (!run->graph.layout.Has(triad)) continue;
-    const ClockError error = ClockErrorOf(triad, *track, run->moments, run->graph);
+  for (const Triad triad : kTriads) {
+    const ClockError& error = errors[triad];
     if (!(error.sigma_s > 0.0) || !Acts(Mechanism::kMotionClocks)) continue;
     const double most = kMostClockError * track->duration_s();
     track->set_ahead_s(triad, std::clamp(track->ahead_s(triad) + error.ahead_s, -most, most));
@@ -144,7 +144,7 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
     ReducedSystem system(run->graph);
     const double change =
         UpdateMotionNoise(options.robust, *track, &run->moments, &run->graph, &system, &run->noise);
-    const double clock_change = UpdateClocks(track, run);
+    const double clock_change = UpdateClocks(system, track, run);
     if (system.step().dot(system.information() * system.step()) < kNearChi2) {
       system.TakeStep(system.step(), &run->graph);
       ++run->log.iterations;

@@ -15,8 +15,9 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// A long-run ratio must exceed 1 by this many sampling errors, which chance causes once in 30,000.
-constexpr double kBelievedCorrelation = 4.0;
+// A ratio of variances must differ from 1 by this many sampling errors, which chance causes once in
+// 30,000.
+constexpr double kBelievedErrors = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
@@ -81,7 +82,7 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
 }
 
 // 1 + 2 sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
-// If this does not exceed 1 by kBelievedCorrelation sampling errors, the ratio is 1.
+// If this does not exceed 1 by kBelievedErrors sampling errors, the ratio is 1.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
@@ -100,7 +101,7 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
     ratio += 2.0 * pair;
   }
   const double sampling = 2.0 * std::sqrt(static_cast<double>(lag) / (3.0 * count));
-  const bool is_believed = ratio > 1.0 + kBelievedCorrelation * sampling;
+  const bool is_believed = ratio > 1.0 + kBelievedErrors * sampling;
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
@@ -234,32 +235,33 @@ std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph) {
   return attitudes;
 }
 
-// A reading that is stamped too late by t shows the field of t earlier: the residual is t times the
-// field's rate of change.
-ClockError ClockErrorOf(Triad triad,
-                        const MotionTrack& track,
-                        const std::vector<Moment>& moments,
-                        const PoseGraph& graph) {
-  const Eigen::Vector3d world = WorldVector(triad, graph.reference());
-  const Eigen::Matrix3d correction = graph.sensitivity(Triad::kGyroscope).inverse();
-  double along = 0.0, squared = 0.0;
+PerTriad<ClockError> ClockErrorsOf(const std::vector<Moment>& moments,
+                                   const PoseGraph& graph,
+                                   const ReducedSystem& system) {
+  StackedRows Z = StackedRows::Zero(system.residual().size(), std::size(kVectorTriads));
   for (std::size_t k = 0; k < graph.nodes.size(); ++k) {
     const PoseNode& node = graph.nodes[k];
+    Eigen::Index row = system.factors()[k].row;
     for (const Observation& seen : node.observations) {
-      if (seen.triad != triad) continue;
-      const TriadModel<double> model = graph.ModelAt(triad, node);
-      const Eigen::Vector3d field = seen.mean_turn * (node.rotation().conjugate() * world);
-      const Eigen::Vector3d rate =
-          correction * (track.RateAt(moments[k]) - graph.bias(Triad::kGyroscope));
-      const Eigen::Vector3d root =
-          (seen.weight * seen.variance.diagonal().cwiseInverse()).cwiseSqrt();
-      const Eigen::Vector3d change = root.cwiseProduct(model.sensitivity * field.cross(rate));
-      along += change.dot(root.cwiseProduct(model.RawFromTruth(field) - seen.mean_raw));
-      squared += change.squaredNorm();
+      const Eigen::Vector3d at_node =
+          node.rotation().conjugate() * WorldVector(seen.triad, graph.reference());
+      Z.block<3, 1>(row, seen.triad == kVectorTriads[0] ? 0 : 1) =
+          graph.sensitivity(seen.triad) * (moments[k].seen(seen.triad).turn_per_s * at_node);
+      row += 3;
     }
   }
-  if (!(squared > 0.0)) return {};
-  return {along / squared, 1.0 / std::sqrt(squared)};
+  Eigen::Matrix2d information = Z.transpose() * system.Project(Z) -
+                                (Z.transpose() * system.BM()) * (system.B().transpose() * Z);
+  const Eigen::Array2<bool> is_seen = information.diagonal().array() > 0.0;
+  if (!is_seen[0]) information(0, 0) = 1.0;
+  if (!is_seen[1]) information(1, 1) = 1.0;
+  const Eigen::Matrix2d covariance = information.inverse();
+  const Eigen::Vector2d step = -covariance * (Z.transpose() * system.projected());
+  PerTriad<ClockError> errors;
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    if (is_seen[i]) errors[kVectorTriads[i]] = {step[i], std::sqrt(covariance(i, i))};
+  }
+  return errors;
 }
 
 MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
@@ -271,6 +273,7 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
     const TriadOptions& sensor = options.triads[triad];
     state.noise.density[triad].setOnes();
     state.stated.density[triad].setZero();
+    state.seen.density[triad].setZero();
     if (!sensor.enabled) continue;
     const double spacing_s = track.spacing_s(triad);
     const Eigen::Vector3d gain = start.models[triad]->sensitivity.rowwise().norm();
@@ -288,11 +291,8 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       // Readings without noise still need weights.
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
-      // No turn is known better than its readings' own noise allows, however well a chain of
-      // attitudes fits it. Without this bound, if several sensors share a chain, the variance
-      // estimate of one of them now and then collapses to zero.
-      state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
-                                        .cwiseMax(kSeenShare * state.noise.density[triad]);
+      state.stated.density[triad] = spacing_s * (kLeastNoise * strength * gain).cwiseAbs2();
+      state.seen.density[triad] = kSeenShare * state.noise.density[triad];
     }
     if (sensor.excess == ExcessNoise::kGiven) {
       state.stated.density[triad] +=
@@ -334,8 +334,12 @@ double UpdateMotionNoise(const RobustOptions& robust,
     }
     Eigen::Vector3d& density = state->noise.density[triad];
     const Eigen::Vector3d before = density;
-    density = (state->correlation[triad] * factor.cwiseProduct(density))
-                  .cwiseMax(state->stated.density[triad]);
+    const Eigen::Vector3d found = state->correlation[triad] * factor.cwiseProduct(density);
+    Eigen::Vector3d& seen = state->seen.density[triad];
+    if (found.sum() < (1.0 - kBelievedErrors * 2.0 / std::sqrt(left)) * seen.sum()) {
+      seen.setZero();
+    }
+    density = found.cwiseMax(state->stated.density[triad]).cwiseMax(seen);
     change = std::max(change, (density - before).cwiseAbs().cwiseQuotient(before).maxCoeff());
   }
   WeighMoments(state->noise, track, *moments, graph);

@@ -39,21 +39,29 @@ void WeighMoments(const MotionNoise& noise,
 std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph);
 
 // By how much a vector sensor's clock is ahead of the gyroscope's, beyond what is corrected
-// already, and the σ of this. Found by regression of the residuals on the field's rate of change,
-// dx/dt = x x omega.
+// already, and the σ of this.
 struct ClockError {
   double ahead_s = 0.0;
   double sigma_s = 0.0;
 };
-ClockError ClockErrorOf(Triad triad,
-                        const MotionTrack& track,
-                        const std::vector<Moment>& moments,
-                        const PoseGraph& graph);
+// Both clocks' errors h by generalised least squares, together with the attitudes and all
+// parameters, which P of `system` eliminates: h = -(Z^T P Z)^-1 Z^T P r. A reading that is stamped
+// h too late shows the field x of h earlier, so that Z = S (omega x x). σ is zero if a sensor is
+// missing or its field does not change.
+PerTriad<ClockError> ClockErrorsOf(const std::vector<Moment>& moments,
+                                   const PoseGraph& graph,
+                                   const ReducedSystem& system);
 
 // The noise of a tumbling unit's readings and its sources.
 struct MotionNoiseState {
   MotionNoise noise;   // as used
   MotionNoise stated;  // the lower bound of `noise`
+  // If no noise is stated: what the readings' differences show. No turn is known better than its
+  // readings' own noise allows, however well a chain of attitudes fits it, and the estimate of one
+  // of several variances of a chain now and then collapses to zero. So this is a lower bound, too,
+  // unless differences contain fast motion: if an estimate is lower by 4 of its sampling errors, 2
+  // / sqrt(redundancy), the bound is zero from then on.
+  MotionNoise seen;
   PerTriad<NoiseSource> source{};
   PerTriad<bool> is_estimated{};
   // Long-run over white variance of the residuals: 1 unless they are correlated.

@@ -163,6 +163,12 @@ std::vector<Moment> MotionTrack::NodesEvery(double spacing_s) const {
   return nodes;
 }
 
+std::size_t MotionTrack::NearestReading(std::size_t before, double time_s) const {
+  const bool is_next =
+      before + 1 < time_s_.size() && time_s - time_s_[before] > time_s_[before + 1] - time_s;
+  return before + (is_next ? 1 : 0);
+}
+
 std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
   std::vector<Moment> nodes = NodesEvery(spacing_s);
 
@@ -176,14 +182,26 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
     if (!force_mps2_.empty()) raw -= gyroscope->g_sensitivity * force_mps2_[i];
     return correction * raw;
   };
+  std::vector<Eigen::Quaterniond> whole_turns(nodes.size(), Eigen::Quaterniond::Identity());
   for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
-    for (std::size_t i = nodes[k].reading; i + 1 < nodes[k + 1].reading; ++i) {
+    for (std::size_t i = nodes[k].reading; i < nodes[k + 1].reading; ++i) {
       const double half_s = 0.5 * (time_s_[i + 1] - time_s_[i]);
-      turns[i + 1] = turns[i] * RotationExp(half_s * (rate(i) + rate(i + 1)));
+      const bool is_last = i + 1 == nodes[k + 1].reading;
+      (is_last ? whole_turns[k] : turns[i + 1]) =
+          turns[i] * RotationExp(half_s * (rate(i) + rate(i + 1)));
     }
   }
-  const auto turn_at = [&](std::size_t i, double time_s) {
-    return turns[i] * RotationExp((time_s - time_s_[i]) * rate(i));
+  // From node k, before reading i + 1, to a time between the readings i and i + 1. A reading is the
+  // mean rate over an interval about its time, so that half of the time to the next reading has the
+  // rate of this reading, and the other half that of the next.
+  const auto turn_at = [&](std::size_t k, std::size_t i, double time_s) -> Eigen::Quaterniond {
+    const bool is_inside = k + 1 < nodes.size() && i + 1 < time_s_.size();
+    if (!is_inside || time_s - time_s_[i] <= 0.5 * (time_s_[i + 1] - time_s_[i])) {
+      return turns[i] * RotationExp((time_s - time_s_[i]) * rate(i));
+    }
+    const bool is_last = i + 1 == nodes[k + 1].reading;
+    return (is_last ? whole_turns[k] : turns[i + 1]) *
+           RotationExp((time_s - time_s_[i + 1]) * rate(i + 1));
   };
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const Vectors& readings = vectors_[triad];
@@ -202,16 +220,10 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
       Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();  // from the node to the reading
       std::size_t at = k;
       if (nodes[k].is_linked) {
-        const Eigen::Quaterniond from_first = turn_at(i, time_s);
-        if (since_s <= until_s) {
-          turned = from_first;
-        } else {
+        turned = turn_at(k, i, time_s);
+        if (since_s > until_s) {
           at = k + 1;
-          const std::size_t last = nodes[k + 1].reading - 1;
-          const double half_s = 0.5 * (time_s_[last + 1] - time_s_[last]);
-          const Eigen::Quaterniond whole =
-              turns[last] * RotationExp(half_s * (rate(last) + rate(last + 1)));
-          turned = whole.conjugate() * from_first;
+          turned = whole_turns[k].conjugate() * turned;
         }
       } else if (std::abs(since_s) > reach_s) {
         // Inside a gap of the gyroscope a reading belongs to no node.
@@ -220,7 +232,9 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
       }
       GatheredReadings& seen = nodes[at].seen(triad);
       seen.mean_raw += readings.reading_raw[j];
-      seen.turn += turned.conjugate().toRotationMatrix();
+      const Eigen::Matrix3d turn = turned.conjugate().toRotationMatrix();
+      seen.turn += turn;
+      seen.turn_per_s += Skew(rate(NearestReading(i, time_s))) * turn;
       ++seen.count;
       sums[at].Add(time_s - TimeOf(nodes[at]), RotationLog(turned));
     }
@@ -229,6 +243,7 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
       if (seen.count == 0) continue;
       seen.mean_raw /= seen.count;
       seen.turn /= seen.count;
+      seen.turn_per_s /= seen.count;
       if (gyroscope != nullptr) seen.turning = sums[n].TurningOf(seen.count, gyroscope->triad);
     }
   }

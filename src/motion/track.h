@@ -21,6 +21,9 @@ struct GatheredReadings {
   // Mean of R_reading^T R_node: maps a vector in the body at the node to its mean in the body at
   // the readings.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
+  // Mean of -d/dt (R_reading^T R_node) = [omega]x R_reading^T R_node, rad/s: by how much `turn`
+  // changes if the readings' times are one second earlier.
+  Eigen::Matrix3d turn_per_s = Eigen::Matrix3d::Zero();
   // The rate from which `turn` was computed; with it, `turn` follows the gyroscope's parameters.
   // Null if no turn is known.
   std::shared_ptr<const Turning> turning;
@@ -88,6 +91,8 @@ class MotionTrack {
     std::vector<double> time_s;
     std::vector<Eigen::Vector3d> reading_raw;
   };
+  // Of the gyroscope's readings `before` and the next one, the one nearer to a time.
+  std::size_t NearestReading(std::size_t before, double time_s) const;
   // Nodes every `spacing_s`, and at both ends of each interval without gyroscope data.
   std::vector<Moment> NodesEvery(double spacing_s) const;
   struct Span {
