@@ -260,5 +260,94 @@ TEST_F(JointRecordings, AMagnetometerTumbledWithoutRestsIsAlignedToItsAccelerome
   EXPECT_LT(AngleSpreadDeg(calm), stated["angle_std_after_deg"].as<double>());
 }
 
+/// Squares of a tumbling unit's errors: biases of accelerometer, gyroscope and magnetometer, and
+/// the magnetometer's matrix. Each parameter is within 4.5 σ of the truth.
+Eigen::Array4d SquaredErrors(const Calibration& calibration, const std::string& truth_file) {
+  const YAML::Node truth = YAML::LoadFile(truth_file);
+  const auto bias = [&](const char* key) {
+    const auto values = truth[key].as<std::vector<double>>();
+    return Eigen::Vector3d(values[0], values[1], values[2]);
+  };
+  Eigen::Matrix3d D;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) D(i, j) = truth["D"][i][j].as<double>();
+  }
+  const auto model = [&](Triad triad) { return calibration.sensors[triad]->model; };
+  const Eigen::Vector3d accelerometer = model(Triad::kAccelerometer).bias - bias("acc_bias");
+  const Eigen::Vector3d gyroscope = model(Triad::kGyroscope).bias - bias("gyro_bias");
+  const Eigen::Vector3d magnetometer = model(Triad::kMagnetometer).bias - bias("mag_bias");
+  const Eigen::Matrix3d matrix = model(Triad::kMagnetometer).sensitivity - D;
+  for (std::size_t i = 0; i < calibration.covariance.parameters.size(); ++i) {
+    const std::string& name = calibration.covariance.parameters[i];
+    const auto axis = [](char letter) { return std::string("xyz").find(letter); };
+    double error = 0.0;
+    if (name.starts_with("accelerometer.bias.")) error = accelerometer[axis(name.back())];
+    if (name.starts_with("gyroscope.bias.")) error = gyroscope[axis(name.back())];
+    if (name.starts_with("magnetometer.bias.")) error = magnetometer[axis(name.back())];
+    if (name.starts_with("magnetometer.sensitivity.")) {
+      error = matrix(axis(name[name.size() - 2]), axis(name.back()));
+    }
+    const auto at = static_cast<Eigen::Index>(i);
+    EXPECT_LT(std::abs(error), 4.5 * std::sqrt(calibration.covariance.matrix(at, at)) + 1e-12)
+        << truth_file << " " << name;
+  }
+  return {accelerometer.squaredNorm(),
+          gyroscope.squaredNorm(),
+          magnetometer.squaredNorm(),
+          matrix.squaredNorm()};
+}
+
+// The bounds are the errors of the repository's own solver, which starts near the truth.
+TEST_F(JointRecordings, ATumbleOfAPublicSimulatorIsCalibratedBetterThanByItsOwnSolver) {
+  Eigen::Array4d sum = Eigen::Array4d::Zero();
+  for (const std::string unit : {"02", "05", "09"}) {
+    std::string manifest = TemporaryFolder::Read(Manifest("public-tumble"));
+    for (std::size_t at = 0; (at = manifest.find("unit02", at)) != std::string::npos;) {
+      manifest.replace(at, 6, "unit" + unit);
+    }
+    const Outcomes run = Run("public-tumble", work().Write("tumble" + unit + ".yaml", manifest));
+    ASSERT_EQ(run.exit_code, 0) << run.text;
+    for (const Finding& finding : run.calibration.findings) {
+      EXPECT_NE(finding.code, FindingCode::kFault) << finding.text;
+    }
+    sum += SquaredErrors(run.calibration, File("s-tumble-public-simulator/truth" + unit + ".json"));
+  }
+  const Eigen::Array4d rms = (sum / 3.0).sqrt();
+  EXPECT_LT(rms[0], 3.37e-3);
+  EXPECT_LT(rms[1], 1.30e-4);
+  EXPECT_LT(rms[2], 7.21e-4);
+  EXPECT_LT(rms[3], 0.0155);
+}
+
+// The clocks are off by 6.25 ms without a shift.
+TEST_F(JointRecordings, AGyroscopeWhoseStampsAreShiftedIsFoundLateAndNothingElseChanges) {
+  for (const double shift_s : {-0.05, -0.00625, 0.00625, 0.05}) {
+    const std::string late = work().Path("late.csv");
+    const Finished made =
+        RunShell("zcat '" + File("s-tumble-public-simulator/unit02.csv.gz") +
+                 "' | awk -F, 'NR == 1 { print; next } { sub(/^[^,]*/, sprintf(\"%.6f\", $1 + " +
+                 std::to_string(shift_s) + ")); print }' > '" + late + "'");
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    std::string manifest = TemporaryFolder::Read(Manifest("public-tumble"));
+    const std::size_t at = manifest.find("file: ", manifest.find("  gyroscope:")) + 6;
+    manifest.replace(at, manifest.find('\n', at) - at, late);
+    const Outcomes run = Run("public-tumble", work().Write("late.yaml", manifest));
+    ASSERT_EQ(run.exit_code, 0) << run.text;
+    SquaredErrors(run.calibration, File("s-tumble-public-simulator/truth02.json"));
+    const double later_s = 0.00625 - shift_s;  // of the magnetometer against the gyroscope
+    bool is_found = false;
+    for (const Finding& finding : run.calibration.findings) {
+      EXPECT_NE(finding.code, FindingCode::kFault) << finding.text;
+      if (finding.code != FindingCode::kClockCorrected) continue;
+      if (finding.sensor != Triad::kMagnetometer) continue;
+      is_found = true;
+      for (const FindingValue& value : finding.values) {
+        if (value.name == "offset") EXPECT_NEAR(value.value, later_s, 3.0 * *value.sigma);
+      }
+    }
+    EXPECT_EQ(is_found, std::abs(later_s) > 0.001) << shift_s;
+  }
+}
+
 }  // namespace joint_test
 }  // namespace truetriad
