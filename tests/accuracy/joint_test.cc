@@ -342,7 +342,8 @@ TEST_F(JointRecordings, AGyroscopeWhoseStampsAreShiftedIsFoundLateAndNothingElse
       if (finding.sensor != Triad::kMagnetometer) continue;
       is_found = true;
       for (const FindingValue& value : finding.values) {
-        if (value.name == "offset") EXPECT_NEAR(value.value, later_s, 3.0 * *value.sigma);
+        if (value.name != "offset") continue;
+        EXPECT_NEAR(value.value, later_s, 3.0 * *value.sigma);
       }
     }
     EXPECT_EQ(is_found, std::abs(later_s) > 0.001) << shift_s;
