@@ -304,6 +304,7 @@ TEST_F(JointRecordings, ATumbleOfAPublicSimulatorIsCalibratedBetterThanByItsOwnS
     std::string manifest = TemporaryFolder::Read(Manifest("public-tumble"));
     for (std::size_t at = 0; (at = manifest.find("unit02", at)) != std::string::npos;) {
       manifest.replace(at, 6, "unit" + unit);
+      at += 6;
     }
     const Outcomes run = Run("public-tumble", work().Write("tumble" + unit + ".yaml", manifest));
     ASSERT_EQ(run.exit_code, 0) << run.text;
