@@ -15,13 +15,14 @@ namespace {
 
 // Median of sqrt(chi^2 / 3) with three degrees of freedom.
 constexpr double kMedianLength = 0.8880;
-// A long-run ratio must exceed 1 by this many sampling errors, which chance causes once in 30,000.
+// If a long-run ratio exceeds 1 by this many sampling errors, it is believed; chance causes this
+// once in 30,000.
 constexpr double kBelievedCorrelation = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Chosen: least density, as a share of the density that the readings' differences show. A part of
-// the latter is rounding, which does not accumulate in an integral.
+// Chosen: the least density, as a share of the density that the differences between readings show.
+// A part of these differences is rounding, which does not accumulate in an integral.
 constexpr double kSeenShare = 0.5;
 
 // Least noise as a share of the signal, for readings without noise, which still need weights.
@@ -57,8 +58,8 @@ IncrementEdge TurnFrom(std::size_t from,
   if (graph.layout.g_sensitivity >= 0) {
     edge.accelerometer_raw = track.AccelerometerBetween(moments[from], moments[from + 1]);
   }
-  // Two successive turns share a reading: their noise is not that of their readings, but follows
-  // from their duration (WeighMoments).
+  // Two successive turns share a reading, so that the noise of a turn is not that of its readings.
+  // It follows from the turn's duration (WeighMoments).
   edge.sigma_raw.setZero();
   edge.Integrate(graph.layout, graph.shared.data());
   return edge;
@@ -80,8 +81,9 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   return sigma;
 }
 
-// 1 + 2 sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
-// If this does not exceed 1 by kBelievedCorrelation sampling errors, the ratio is 1.
+// 1 + 2 times the sum of the autocorrelations, up to the first pair whose sum is not positive
+// (Geyer 1992). If this exceeds 1 by less than kBelievedCorrelation sampling errors, the result is
+// 1.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
@@ -104,8 +106,9 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
-// Whitened residuals of one sensor (for the gyroscope: of the turns), and the share of each that
-// the attitudes do not absorb, 1 - leverage. One column per moment; zero without a reading.
+// The whitened residuals of one sensor (for the gyroscope: of the turns), and for each the share
+// that the attitudes do not absorb, 1 - leverage. Each moment has a column, which is zero without a
+// reading.
 struct Residuals {
   Eigen::Matrix3Xd value, left;
 };
@@ -140,7 +143,8 @@ PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& sys
   return all;
 }
 
-// Robust weights of one sensor, from the length of each residual over the median length.
+// Sets the robust weights of one sensor from the length of each residual divided by the median
+// length.
 void Weigh(const RobustOptions& robust,
            Triad triad,
            const Residuals& residuals,
@@ -234,8 +238,8 @@ std::vector<Eigen::Quaterniond> AttitudesOf(const PoseGraph& graph) {
   return attitudes;
 }
 
-// A reading that is stamped too late by t shows the field of t earlier: the residual is t times the
-// field's rate of change.
+// If the stamp of a reading is too late by t, the reading shows the field at the time t earlier.
+// The residual is thus t times the field's rate of change.
 ClockError ClockErrorOf(Triad triad,
                         const MotionTrack& track,
                         const std::vector<Moment>& moments,
@@ -288,9 +292,9 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       // Readings without noise still need weights.
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
-      // No turn is known better than its readings' own noise allows, however well a chain of
-      // attitudes fits it. Without this bound, if several sensors share a chain, the variance
-      // estimate of one of them now and then collapses to zero.
+      // A turn is not known better than the noise of its readings allows, however well a chain of
+      // attitudes fits it. Without this bound, the variance estimate of one of several sensors in a
+      // chain occasionally collapses to zero.
       state.stated.density[triad] = (spacing_s * (kLeastNoise * strength * gain).cwiseAbs2())
                                         .cwiseMax(kSeenShare * state.noise.density[triad]);
     }
@@ -322,8 +326,8 @@ double UpdateMotionNoise(const RobustOptions& robust,
     if (!state->is_estimated[triad]) continue;
     state->correlation[triad] = LongRunRatio(of_triad.value);
     if (triad == Triad::kGyroscope && !state->is_carried) {
-      // The attitudes absorb the gyroscope's fast noise, not the slow: even white noise leaves
-      // correlated residuals, whose long-run ratio is 1 / share.
+      // The attitudes absorb the fast part of the gyroscope's noise, but not the slow part. Even
+      // white noise thus leaves correlated residuals, whose long-run ratio is 1 / share.
       const double share = left / static_cast<double>(of_triad.left.size());
       state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
     }
