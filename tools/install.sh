@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Usage: tools/install.sh [--tests]
 # Installs the packages of tools/packages.txt that are missing. Debian 12; as root or with sudo.
-# --tests: those for tests alone, too, without which these skip.
+# --tests: also the packages that only tests need. Without these packages such tests are skipped.
 set -euo pipefail
 cd "$(dirname "$0")"
 

@@ -16,7 +16,7 @@ need() {
 }
 need dpkg-shlibdeps dpkg-dev
 
-# A build of its own: what is shipped must not depend on options set elsewhere.
+# A separate build folder: the packages must not depend on options that were set in build/.
 TRUETRIAD_BUILD_FOLDER=build-package tools/build.sh all -DTRUETRIAD_BUILD_TESTS=OFF
 rm -rf out/packages
 (cd build-package && cpack -G DEB -B ../out/packages)
@@ -32,10 +32,10 @@ debootstrap --variant=minbase bookworm "$root" "$mirror" >"$root.log" 2>&1 ||
   { tail -5 "$root.log" >&2; exit 1; }
 rm -f "$root.log"
 cp out/packages/truetriad_*.deb out/packages/python3-truetriad_*.deb tests/convert_node/table.parquet "$root/tmp/"
-# The mirror may need this machine's settings.
+# The new system may need this machine's DNS and proxy settings to reach the package mirror.
 cp -rL /etc/resolv.conf "$root/etc/" 2>/dev/null || true
 cp /etc/apt/apt.conf.d/*proxy* "$root/etc/apt/apt.conf.d/" 2>/dev/null || true
-# Folders of the host that stand in for /proc; nothing else of it is seen.
+# The new system has its own processes and /proc, and sees nothing else of the host.
 unshare --mount --pid --fork --mount-proc="$root/proc" chroot "$root" /bin/sh -euc '
   export DEBIAN_FRONTEND=noninteractive PATH=/usr/sbin:/usr/bin:/sbin:/bin
   apt-get update -q

@@ -1,19 +1,20 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Builds everything and runs all tests but the nightly ones. Arguments go to ctest.
-# With --nightly: the long tests instead: a thousand damaged files for each converter, four thousand
-# spoilt recordings, some thousand clean units, ten minutes of each fuzzer where there is clang
-# (tests/fuzz/run.sh), and the whole of the statistical tests. Further
-# arguments go to tools/bench/accuracy.py, which then runs alone.
+# With --nightly: runs only the long tests: a thousand damaged files for each converter, four
+# thousand spoilt recordings, some thousand clean units, ten minutes of each fuzzer if clang is
+# installed (tests/fuzz/run.sh), and all statistical tests. If there are further arguments, runs
+# only tools/bench/accuracy.py with these arguments.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 tools/install.sh --tests
 
-# Warnings are errors where it counts, and elsewhere nobody compiles twice after tools/demo.sh.
+# Warnings are errors only in CI. Elsewhere the option stays as tools/demo.sh sets it, so that
+# nothing is compiled twice.
 strict=OFF
 [[ "${CI:-}" == true ]] && strict=ON
-# Two hours are for what hangs, not for what is slow on a busy machine.
+# A test that hangs is ended after two hours; even on a busy machine no test takes so long.
 tests=(ctest --test-dir build --output-on-failure --parallel "$(nproc)" --timeout 7200)
 options=(-DTRUETRIAD_BUILD_TESTS=ON -DTRUETRIAD_WARNINGS_AS_ERRORS=$strict)
 if [[ "${1:-}" == --nightly ]]; then

@@ -36,7 +36,7 @@ class Covariance:
 
 
 class _Answer:
-    """print() gives the text of the command line; answer["key"] and to_dict() give its --json."""
+    """The result of a verb: print() shows the text of the command line, answer["key"] and to_dict() hold its --json."""
 
     def __init__(self, core):
         self._core = core
@@ -67,7 +67,7 @@ class _Answer:
 
 
 class Evaluation(_Answer):
-    """How good a calibration is on a recording."""
+    """How well a calibration corrects a recording."""
 
     @property
     def verdict(self):
@@ -86,11 +86,11 @@ class Comparison(_Answer):
 
 
 class Plan(_Answer):
-    """Which poses to take, and the sigmas that they lead to."""
+    """The poses to take, and the sigmas of a calibration from them."""
 
     @property
     def met(self):
-        """Whether every parameter is determined, the calibration would run, and every wanted sigma is reached."""
+        """Whether all is determined, the rehearsed calibration succeeds, and every wanted sigma is reached."""
         return self["met"]
 
 

@@ -33,7 +33,7 @@ def load(path):
 
 
 def evaluate(calibration, recording, *, units=None, poses="", progress=None):
-    """How good a calibration (or the path of one) is on a recording that it was not made from.
+    """Evaluates a calibration (or the path of one) on a recording from which it was not made.
 
     poses: where the poses are, as --poses: "detect", "every_row", "column:NAME", ….
     Raises NotEnough if no poses are found.
@@ -50,7 +50,7 @@ def compare(a, b):
 
 
 def plan(config, measured=None, *, set=None, progress=None):
-    """Which poses to take, and how good the calibration will be. config: as calibrate's, with `plan:`.
+    """Which poses to take, and how good the calibration will be. config: as for calibrate, with the key `plan:`.
     measured: path of a recording of poses that are already taken; progress is called while it is read."""
     measured = b"" if measured is None else _path(measured, "measured")
     return Plan(_truetriad.plan(_document(config, set), measured, _callable(progress)))
@@ -79,7 +79,7 @@ def allan(recording, rate_hz=None, *, sensor="gyroscope", unit="rad/s", progress
 def simulate(scenario, *, set=None, unit=0, progress=None):
     """Simulates what a unit with known errors records. scenario: path, or dict with its keys (docs/simulation.md).
 
-    unit: one of the scenario's `count` units, from 0. Returns (Recording, Calibration): the latter is the truth.
+    unit: one of the scenario's `count` units, from 0. Returns the Recording and a Calibration with the true values.
     """
     unit = _unit_of(unit)
     serial, streams, truth = _truetriad.simulate(_document(scenario, set), unit, _callable(progress))

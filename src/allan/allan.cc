@@ -17,8 +17,8 @@
 namespace truetriad {
 namespace {
 
-/// Fewest samples of the longest stretch. A curve up to a quarter of them, m = 25, has 12 points
-/// for 5 strengths.
+/// The fewest samples of the longest stretch. The curve reaches up to a quarter of them, m = 25. It
+/// then has 12 points, from which 5 noise strengths are fitted.
 constexpr std::int64_t kFewestSamples = 100;
 
 std::string Number(double value, int digits = 4) { return RoundedText(value, digits); }
@@ -58,7 +58,7 @@ class StreamAnalysis {
                  const AllanOptions& options)
       : info_(info),
         options_(options),
-        // If the recording has no times, stamps are row numbers.
+        // If the recording has no times, its stamps are row numbers.
         ns_per_stamp_(recording.has_time ? 1.0 : 1e9 / options.rate_hz),
         monitor_(info, recording.has_time),
         even_([this](const EvenReadings& readings) { Take(readings); }, [this] { EndStretch(); }),
@@ -117,15 +117,15 @@ class StreamAnalysis {
   std::vector<AllanCurve> curves_;
   std::vector<AxisWatch> watches_;  ///< One per axis once the rate is known.
   HoldWatch hold_;
-  std::array<bool, 3> is_described_{};  ///< Whether the noises fit the axis' curve.
+  std::array<bool, 3> is_described_{};  ///< Whether the fitted noises describe the axis' curve.
   std::vector<std::string> warnings_;
   std::vector<std::string> doubts_;  ///< Warnings about coefficients.
 };
 
 void StreamAnalysis::Take(const EvenReadings& readings) {
   if (watches_.empty()) {
-    // Windows of one second show a knock as well as a slow turn. They have at least 32 samples:
-    // with fewer, the σ of a variance exceeds 25 % of the variance.
+    // A window lasts one second, which shows a knock as well as a slow turn, but has at least 32
+    // samples: with fewer, the σ of a window's variance exceeds 25 % of the variance.
     const double spacing_ns = even_.typical_ns() * ns_per_stamp_;
     const double a_second = spacing_ns > 0.0 ? std::clamp(1e9 / spacing_ns, 32.0, 1e6) : 32.0;
     watches_.assign(3, AxisWatch(static_cast<std::size_t>(std::llround(a_second))));
@@ -213,7 +213,7 @@ void StreamAnalysis::WarnOfStream(const AllanTriad& result) {
          "the time stamps are irregular; samples are assumed to be equally spaced, and missing "
          "ones are not filled");
   }
-  // If fewer than 1 % of the samples are filled, this does not show in the curve.
+  // If at most 1 % of the samples were filled by interpolation, the curve does not show this.
   if (static_cast<double>(result.filled_samples) > 0.01 * static_cast<double>(result.samples)) {
     Warn(Name(),
          std::to_string(result.filled_samples) +
@@ -234,8 +234,8 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
   const AllanFit fit = FitNoises(estimates);
   if (fit.strengths.isZero(0.0)) return result;  // A dead axis; the monitor has warned of it.
   const double spacing_s = SpacingSeconds();
-  // A negative quantisation stands for a filter. It is set to zero, since it does not hold at
-  // factors before the fitted ones.
+  // A negative quantisation describes the effect of a filter. It is set to zero here, since it does
+  // not hold at factors shorter than the fitted ones.
   const NoiseStrengths strengths = fit.strengths.cwiseMax(0.0);
   for (Eigen::Index i = 0; i < estimates.variances.size(); ++i) {
     const double expected = strengths.dot(UnitAllanVariance(estimates.m(i)));
@@ -271,7 +271,7 @@ Result<AllanAxis> StreamAnalysis::Analyse(const AllanEstimates& estimates, std::
 Result<WhiteNoise> StreamAnalysis::WhiteOverTheRangeGiven(const AllanEstimates& estimates) const {
   const auto [low_s, high_s] = *options_.white_range_s;
   const double spacing_s = SpacingSeconds();
-  // If a limit is meant to be a point of the curve, it must not miss the point by rounding.
+  // If a stated limit equals the tau of a point, the point is included despite rounding.
   const auto index = [&](double m) {
     return std::count_if(
         estimates.factors.begin(), estimates.factors.end(), [&](const AllanFactor& factor) {
@@ -311,8 +311,8 @@ void StreamAnalysis::DoubtFit(const AllanFit& fit, const AllanAxis& result, std:
     Doubt(axis,
           "N, B, K and Q fit the curve only from tau = " +
               Number(result.points[static_cast<std::size_t>(fit.range.begin)].tau_s) +
-              " s; at shorter tau a filter, a vibration or another cycle shows; check the plot "
-              "before using N");
+              " s; at shorter tau the curve shows a filter, a vibration or another cycle; check "
+              "the plot before using N");
   } else if (fit.misfit > 1.0 && result.random_walk) {
     Doubt(axis,
           "the curve differs from the fit of N, B, K and Q by more than chance, as with a slow "
@@ -333,12 +333,13 @@ std::string StreamAnalysis::Disturbance(const AllanTriad& result) {
     const AxisWatch::Verdict rest = watches_[i].Judge();
     if (rest.disturbed > 0) {
       add(&jumping_axes);
-      // Up to one disturbed window in 200 is a footstep in the house, not a move of the unit.
+      // If at most one window in 200 is disturbed, the cause is a footstep in the house, not a move
+      // of the unit.
       shows = shows || rises || 200 * rest.disturbed > rest.windows;
       if (rest.disturbed > worst.disturbed) worst = rest;
     }
-    // If a unit is never still, its windows are all alike, but its curve rises. The curve of a
-    // random walk rises, too, but the fit describes it.
+    // If a unit is never still, its windows are all alike, but its curve rises. A random walk makes
+    // the curve rise as well, but then the fit describes the curve.
     if (rises && !is_described_[i]) add(&swaying_axes);
   }
   if (!jumping_axes.empty()) {
@@ -363,8 +364,8 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
          "the noise of " + Reading(seen.sigma) + " is below the resolution of " + Reading(step) +
              "; at short tau the curve shows rounding, not noise");
   }
-  // With noise as large as the resolution, 32 readings (the shortest window) are equal by chance
-  // once in 10^13.
+  // If the noise is as large as the resolution, all 32 readings of the shortest window are equal by
+  // chance only once in 10^13.
   if (seen.constant > 0 && seen.sigma > step) {
     Warn(Name(axis),
          std::to_string(seen.constant) + " of " + std::to_string(seen.windows) +
@@ -372,8 +373,8 @@ void StreamAnalysis::WarnOfAxis(std::size_t axis) {
              ": the sensor froze, or lost samples were repeated; N is too low and K is wrong: "
              "cut these parts out");
   }
-  // Normal noise clipped at 2.6 sigma puts 0.5 % of the readings on the limit; rounded noise
-  // reaches its extreme value only a few times in any log.
+  // If normal noise is clipped at 2.6 sigma, 0.5 % of the readings are at the limit. Noise that is
+  // only rounded reaches its extreme value a few times in any log.
   if (seen.sigma > 2.0 * step && seen.at_extreme >= 5 &&
       200 * seen.at_extreme > monitor_.samples()) {
     Warn(Name(axis),

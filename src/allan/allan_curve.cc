@@ -9,8 +9,9 @@
 namespace truetriad {
 namespace {
 
-// The largest factor of a level, in strides. Neighbouring second differences of its smallest factor
-// (64 strides) share all but 1/64 of their samples: a finer stride would add no information.
+// The largest averaging factor of a level, in strides. At the level's smallest factor (64 strides),
+// neighbouring second differences share all but 1/64 of their samples, so that a finer stride would
+// add no information.
 constexpr std::int64_t kStrides = 128;
 // Number of a level's sums that are evaluated at a time: 16 kB, half of a first-level cache.
 constexpr std::size_t kBatch = 2048;

@@ -27,14 +27,14 @@ struct AllanFactor {
 ///
 /// The factors m begin at 1; there are `per_decade` per decade. Level l has a stride of 2^l
 /// samples: a short buffer keeps every 2^l-th sum x. The level evaluates the factors of 64 to 128
-/// strides (level 0: all up to 128), rounded to whole strides. Second differences less than m/64
-/// apart are nearly equal: those within a stride are skipped, which costs less than 0.1 % of the
-/// degrees of freedom.
+/// strides (level 0: all up to 128), rounded to whole strides. Second differences that are less
+/// than m/64 apart are nearly equal. Within each stride, only one is therefore computed, which
+/// costs less than 0.1 % of the degrees of freedom.
 class AllanCurve {
  public:
   explicit AllanCurve(int per_decade = 10) : per_decade_(per_decade) {}
 
-  /// Adds equally spaced readings, which directly follow those added before.
+  /// Adds equally spaced readings. They must directly follow the readings added before.
   void Add(std::span<const double> readings);
   /// Ends a stretch: no second difference reaches across its end.
   void EndStretch();
@@ -56,7 +56,7 @@ class AllanCurve {
     std::vector<double> sums;
     std::size_t filled = 0;     ///< Number of sums in the buffer.
     std::size_t evaluated = 0;  ///< Number of these that were evaluated.
-    bool next_goes_up = false;  ///< The next sum goes to the next level, as every second does.
+    bool next_goes_up = false;  ///< The next sum is passed to the next level; every second sum is.
     std::vector<Factor> factors;
   };
 

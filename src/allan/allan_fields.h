@@ -103,7 +103,7 @@ void Fields(V& visit, Like<InUnit<BiasInstability>> auto& instability) {
   visit("at_end", instability.of.at_end);
 }
 
-/// The field of a coefficient, present if the data show it.
+/// The field of a coefficient; it is written if the data show the coefficient.
 template <class V, typename Optional>
 void CoefficientField(V& visit,
                       std::string_view key,
@@ -221,7 +221,7 @@ void Fields(V& visit, Like<AllanResult> auto& result) {
   visit("source", result.source);
   visit("serial", result.serial);
   const bool is_numbered = result.tags.device_ids != PerTriad<std::optional<std::int64_t>>();
-  // The numbers by which firmware knows the sensors of a recording.
+  // The ids and numbers by which the firmware identifies the sensors of a recording.
   const Part device{[&tags = result.tags](auto& map) {
     map("firmware", tags.firmware);
     map.Group("ids", Style::kFlow, [&tags](auto& ids) {

@@ -15,16 +15,17 @@
 namespace truetriad {
 namespace {
 
-/// With fewer degrees of freedom a deviation's σ exceeds 25 %: it could be the minimum by chance.
+/// If a point has fewer degrees of freedom, the σ of its deviation exceeds 25 %, and the point
+/// could be the curve's minimum by chance.
 constexpr double kFewestFreedomsOfMinimum = 8.0;
-/// A noise is shown if it is this many sigmas above zero, which chance hardly ever causes; a curve
-/// follows the fit if every point is within as many sigmas. Three would not suffice, since the
-/// estimates at long factors are skewed.
+/// A noise is stated if it is over this many sigmas above zero. A curve follows the fit if every
+/// point is within as many sigmas. Three would not suffice, since the estimates at long factors are
+/// skewed.
 constexpr double kMostSigmas = 4.0;
-/// A point also follows the fit when it is this close: 6 % of the variance is 3 % of the deviation,
-/// finer than any use of a noise density needs.
+/// A point also follows the fit if its variance differs from the fit by less than this share. 6 %
+/// of the variance is 3 % of the deviation, less than matters in any use of a noise density.
 constexpr double kVarianceTolerance = 0.06;
-/// Fewest points of a fit: five strengths leave three degrees of freedom.
+/// Fewest points of a fit: five strengths are fitted, and three degrees of freedom remain.
 constexpr Eigen::Index kFewestPoints = 8;
 /// Chosen: neither a filter nor rounding affects larger factors.
 constexpr double kLatestFilter = 100.0;
@@ -32,7 +33,7 @@ constexpr double kLatestFilter = 100.0;
 /// time constant T removes 1.5 T / tau - 2 exp(-tau / T) T / tau: 0.3 at tau = 5 T, where the
 /// second term is 0.3 %. A mean of L samples removes L / 2m at m >= L.
 constexpr double kMostFiltered = 0.3;
-/// A strength with fewer degrees of freedom is not stated: with two the 95 % interval of the
+/// If a strength has fewer degrees of freedom, it is not stated. With two, the 95 % interval of the
 /// deviation spans a factor of 12.
 constexpr double kFewestTermFreedoms = 2.0;
 
@@ -95,12 +96,13 @@ class Problem {
         allowed[j] = strength != 0.0;
       }
       for (std::size_t j = 0; j < kNoiseTerms; ++j) {
-        // A late fit keeps quantisation, which stands for noises that act only at its first points.
+        // If the fit begins at a later factor, it keeps quantisation, which describes noises that
+        // affect only its first points.
         if (!allowed[j] || (j == kQuantisation && range_.begin > 0)) continue;
         Used without = allowed;
         without[j] = false;
         const NoiseStrengths null = Fit(without).strengths;
-        if (null.isZero(0.0)) continue;  // Without it no noise is left.
+        if (null.isZero(0.0)) continue;  // Without this term no noise is left.
         const auto term = static_cast<NoiseTerm>(j);
         const double sigmas = std::max(std::abs(fit.strengths[term]) / Sigma(fit, term, null),
                                        Distances(null).maxCoeff());
@@ -134,7 +136,7 @@ class Problem {
     return (Distances(strengths) / kMostSigmas).min(share / kVarianceTolerance).maxCoeff();
   }
 
-  /// Root of the ratio of weighted scatter to expected scatter; 1 if chance explains the scatter.
+  /// The square root of weighted scatter over expected scatter; 1 if chance explains the scatter.
   double Misfit(const LinearFit& fit) const {
     const Eigen::MatrixXd covariance = covariance_.Matrix(range_.begin, range_.end, fit.strengths);
     const Eigen::VectorXd weights = Deviations(fit.strengths).cwiseAbs2().cwiseInverse();
@@ -155,8 +157,8 @@ class Problem {
   Eigen::VectorXd Deviations(const NoiseStrengths& strengths) const {
     Eigen::VectorXd deviations(variances_.size());
     for (Eigen::Index i = 0; i < deviations.size(); ++i) {
-      // Within a filter's memory the filter's share is inaccurate: an estimate has at least a tenth
-      // of the variance that it has for white noise.
+      // Within a filter's memory the computed effect of the filter is inaccurate. The variance of
+      // an estimate is therefore set to at least a tenth of that for white noise.
       const double expected = basis_.row(i) * strengths;
       deviations[i] = std::sqrt(std::max(covariance_.Variance(range_.begin + i, strengths),
                                          0.1 * relative_[i] * expected * expected));
@@ -169,7 +171,7 @@ class Problem {
   NoiseStrengths BestSubset(const Used& allowed,
                             const Eigen::VectorXd& weights,
                             NoiseForm* inverse) const {
-    // Columns are scaled to one size, since the terms differ by many powers of ten.
+    // The columns are scaled to equal size, since the terms differ by many powers of ten.
     const NoiseForm normal = basis_.transpose() * weights.asDiagonal() * basis_;
     const NoiseStrengths scale = normal.diagonal().cwiseSqrt().cwiseInverse();
     const NoiseForm scaled = scale.asDiagonal() * normal * scale.asDiagonal();
@@ -185,12 +187,12 @@ class Problem {
         is_allowed = is_allowed && (used[j] == 0.0 || allowed[static_cast<std::size_t>(j)]);
       }
       if (!is_allowed) continue;
-      // Unused terms: rows of the identity with a right-hand side of zero.
+      // An unused term gets a row of the identity and a right-hand side of zero.
       NoiseForm matrix = used.asDiagonal() * scaled * used.asDiagonal();
       matrix.diagonal() += NoiseStrengths::Ones() - used;
       const Eigen::LLT<NoiseForm> factored(matrix);
       const NoiseStrengths solution = factored.solve(used.cwiseProduct(right));
-      // Decrease of the weighted sum of squares against a fit without terms.
+      // The decrease of the weighted sum of squares relative to a fit without any term.
       const double gain = solution.dot(right);
       if (!(gain > most) || factored.info() != Eigen::Success) continue;
       const NoiseStrengths strengths = scale.cwiseProduct(solution);
@@ -203,7 +205,8 @@ class Problem {
     return best;
   }
 
-  /// Only quantisation may be negative (a filter), if all expected variances stay positive.
+  /// Whether the strengths are possible: only quantisation may be negative, as with a filter, and
+  /// all expected variances must be positive.
   bool IsPossible(const NoiseStrengths& strengths) const {
     return strengths.tail<kNoiseTerms - 1>().minCoeff() >= 0.0 &&
            (strengths[kQuantisation] >= 0.0 || (basis_ * strengths).minCoeff() > 0.0);
@@ -220,7 +223,7 @@ double FreedomsOf(double strength, double sigma) {
   return 2.0 * strength * strength / (sigma * sigma);
 }
 
-/// Last factor of a range over its first; 1 if it is empty.
+/// The last factor of a range divided by its first one; 1 if the range is empty.
 double Ratio(const AllanEstimates& estimates, const FactorRange& range) {
   return range.is_empty() ? 1.0 : estimates.m(range.end - 1) / estimates.m(range.begin);
 }
@@ -246,7 +249,7 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
     const double freedoms = FreedomsOf(strength, sigma);
     if (freedoms < kFewestTermFreedoms) continue;
     // Relative to white noise, quantisation falls as 1 / m. If the fit leaves out more than two
-    // factors, a filter is the cause, not quantisation.
+    // factors, it does so because of a filter, and the term is not quantisation.
     if (term == kQuantisation && range.begin > 0 &&
         (range.begin > 2 || !(strength > kMostSigmas * sigma))) {
       continue;
@@ -256,7 +259,7 @@ AllanFit FitRange(const AllanEstimates& estimates, const FactorRange& range) {
   return result;
 }
 
-/// Factors, first to last, at which white noise is at least half of the variance by `fit`.
+/// The first to the last factor at which white noise is at least half of the variance of `fit`.
 FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
   FactorRange white;
   for (Eigen::Index i = fit.range.begin; i < fit.range.end; ++i) {
@@ -268,17 +271,18 @@ FactorRange WhiteRange(const AllanEstimates& estimates, const AllanFit& fit) {
   return white;
 }
 
-/// Among the fits over a decade or more that chance explains: the one in which white noise prevails
-/// over the most decades. If white noise prevails over more than twice as many in `whole`, `whole`.
-/// Without this, a cycle of 1.5 s makes N 1.8 times too large (two of three simulated axes).
+/// Considers the fits over a decade or more whose misfit chance explains. Returns the fit in which
+/// white noise prevails over the most decades, or `whole`, if white noise prevails in it over more
+/// than twice as many decades. Without this, a cycle of 1.5 s makes N 1.8 times too large (two of
+/// three simulated axes).
 AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) {
   AllanFit widest = whole;
   double width = whole.follows() && whole.shown[kWhite]
                      ? std::sqrt(Ratio(estimates, WhiteRange(estimates, whole)))
                      : 1.0;
   for (FactorRange range; range.begin < estimates.variances.size(); ++range.begin) {
-    // Each begin continues from the end at which the begin before failed: earlier ends give
-    // narrower ranges.
+    // For each begin, the search starts at the end at which the previous begin failed, since
+    // earlier ends give narrower ranges.
     for (range.end = std::max(range.end, range.begin + kFewestPoints);
          range.end <= estimates.variances.size();
          ++range.end) {
@@ -296,7 +300,7 @@ AllanFit FitWidestWhite(const AllanEstimates& estimates, const AllanFit& whole) 
 }
 
 /// The longest part in which the slope of the curve over each half decade is -1/2 to within 0.1, as
-/// one would choose it by eye. Without this, two of three accelerometer axes of the ADIS16405,
+/// a person would choose it by eye. Without this, two of three accelerometer axes of the ADIS16405,
 /// which have a cycle, show no N.
 FactorRange WhitePart(const AllanEstimates& estimates) {
   const double half_decade = std::sqrt(10.0);
@@ -352,7 +356,7 @@ bool RisesFar(const AllanAxis& axis) {
 
 Interval ChiSquareInterval(double value, double degrees_of_freedom) {
   const double nu = degrees_of_freedom;
-  // Beyond this the interval is within 0.03 % of the value, so that its width is neglected.
+  // With more degrees of freedom, the interval is within 0.03 % of the value and neglected.
   if (!(nu < 1e8)) return {value, value, value};
   return {
       value, value * nu / ChiSquareQuantile(0.975, nu), value * nu / ChiSquareQuantile(0.025, nu)};
@@ -361,8 +365,8 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom) {
 AllanFit FitNoises(const AllanEstimates& estimates) {
   const Eigen::Index end = estimates.variances.size();
   if (end == 0 || !(estimates.variances.minCoeff() > 0.0)) return {};
-  // The fit from the first `begin` at which chance explains it. If there is none: from the first at
-  // which it is tolerable. If there is neither: the best fit.
+  // Takes the fit from the first `begin` at which chance explains its misfit. If there is none:
+  // from the first `begin` at which the fit is tolerable. If there is none either: the best fit.
   const auto is_tolerable = [](const AllanFit& fit) { return fit.follows() && !fit.in_filter; };
   AllanFit best;
   for (Eigen::Index begin = 0;; ++begin) {
@@ -382,7 +386,7 @@ Interval FitWhite(const AllanEstimates& estimates, const FactorRange& range) {
   white[kWhite] = true;
   const Problem problem(estimates, range);
   const LinearFit fit = problem.Fit(white);
-  // If the slope is not -1/2 throughout, the scatter about the fit widens the interval.
+  // If the slope differs from -1/2 in the range, the scatter about the fit widens the interval.
   const double misfit = range.end - range.begin > 1 ? problem.Misfit(fit) : 1.0;
   const double strength = fit.strengths[kWhite];
   return ChiSquareInterval(

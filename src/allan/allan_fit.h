@@ -36,12 +36,12 @@ struct AllanFit {
   NoiseStrengths strengths = NoiseStrengths::Zero();
   /// 95 % interval of each strength that is shown.
   std::array<std::optional<Interval>, kNoiseTerms> shown;
-  FactorRange range;       ///< The factors fitted; the others do not follow the terms.
+  FactorRange range;       ///< The fitted factors; elsewhere the curve differs from the fit.
   bool is_late = false;    ///< `range` begins where no filter and no rounding has any effect.
-  bool in_filter = false;  ///< `range` begins in a filter's memory: white noise is undetermined.
-  double misfit = 1.0;     ///< Scatter about the fit over the expected one; widens the intervals.
+  bool in_filter = false;  ///< `range` begins in a filter's memory; white noise is undetermined.
+  double misfit = 1.0;     ///< Scatter about the fit / expected scatter; widens the intervals.
   double worst = 0.0;      ///< Largest distance of a point from the fit, in units of the tolerance.
-  bool by_chance = true;   ///< The curve is no further from the terms than chance explains.
+  bool by_chance = true;   ///< Chance explains the distance of the curve from the fit.
 
   /// The curve follows the terms within `range`.
   bool follows() const { return worst <= 1.0; }
@@ -52,10 +52,10 @@ struct AllanFit {
 /// cannot be explained without it.
 ///
 /// A filter of any kind reduces the variance of white noise by c/m^2 at factors beyond its memory.
-/// A negative quantisation describes this; the white noise is then that below the filter's corner.
-/// Within the filter's memory no sum describes the curve: the fit starts at the first factor from
-/// which on a sum describes all points. Quantisation is stated only if the fit includes the
-/// shortest factors.
+/// A negative quantisation describes this; the white noise is then that below the filter's corner
+/// frequency. Within the filter's memory no sum of the terms describes the curve. The fit therefore
+/// starts at the first factor from which a sum describes all further points. Quantisation is stated
+/// only if the fit includes the shortest factors.
 AllanFit FitNoises(const AllanEstimates& estimates);
 
 struct WhiteNoise {
@@ -63,10 +63,10 @@ struct WhiteNoise {
   FactorRange range;  ///< Factors at which white noise prevails; may be empty.
 };
 /// If chance explains `whole`, the fit of all factors, white noise is taken from it. If not, as
-/// with a slow cycle, white noise is taken from a fit over a decade or more that chance explains:
-/// from the one in which it prevails over the most decades. `whole` is used instead if it follows
-/// the curve and has more than twice as many. If no such fit exists, white noise is fitted to the
-/// longest part of slope -1/2.
+/// with a slow cycle, white noise is taken from the fits over a decade or more that chance
+/// explains: from the fit in which white noise prevails over the most decades. If `whole` follows
+/// the curve and white noise prevails in it over more than twice as many decades, `whole` is used
+/// instead. If no such fit exists, white noise is fitted to the longest part of slope -1/2.
 WhiteNoise FindWhite(const AllanEstimates& estimates, const AllanFit& whole);
 
 /// The strength of white noise, fitted alone to the factors of `range`.
@@ -79,11 +79,12 @@ Interval ChiSquareInterval(double value, double degrees_of_freedom);
 Interval Root(const Interval& squared, double factor);
 
 /// Bias instability from the curve's minimum; unset if no point has enough degrees of freedom.
-/// `can_only_fall`: the curve shows no noise that makes it level off or rise.
+/// `can_only_fall`: whether the curve shows no noise that would make it level off or rise.
 std::optional<BiasInstability> Instability(const std::vector<AllanPoint>& points,
                                            bool can_only_fall);
 
-/// Whether the deviation rises to three times that of single samples, as motion makes it do.
+/// Whether the deviation rises to three times the deviation of single samples, as it does if the
+/// unit moves.
 bool RisesFar(const AllanAxis& axis);
 
 }  // namespace truetriad

@@ -96,7 +96,8 @@ std::vector<Detail> DetailsOf(const AllanTriad& triad,
   return details;
 }
 
-/// Per coefficient a row of values and one of intervals, with details if an axis shows it.
+/// For each coefficient a row of values and a row of intervals, followed by rows of details if an
+/// axis shows the coefficient.
 Table TableOf(const AllanTriad& triad) {
   const AllanScale scale = ShownScale(triad);
   Table table{.header = {"", "x", "y", "z", "unit"}, .alignment = "lrrrl", .rows = {}};
@@ -120,7 +121,7 @@ Table TableOf(const AllanTriad& triad) {
         }
       }
     }
-    if (rows.size() == 2) rows.pop_back();  // No axis shows it.
+    if (rows.size() == 2) rows.pop_back();  // No axis shows the coefficient.
     table.rows.insert(table.rows.end(), rows.begin(), rows.end());
   }
   return table;
@@ -150,7 +151,7 @@ std::string TitleOf(const AllanResult& result) {
          (result.serial.empty() ? "" : ", unit " + result.serial);
 }
 
-/// The triads that were not at rest, each with the reason; empty if all were.
+/// The triads that were not at rest, each with the reason; empty if all of them were at rest.
 std::vector<std::string> Disturbances(const AllanResult& result) {
   std::vector<std::string> disturbances;
   for (const AllanTriad& triad : result.triads) {
@@ -239,7 +240,7 @@ Range Reach(const AllanCoefficient& coefficient,
   if (coefficient.symbol == 'Q') reach.Add(std::log10(axis.points.front().tau_s));
   double from = std::max(reach.low, tau.low), to = std::min(reach.high, tau.high);
   if (coefficient.slope != 0.0) {
-    // The line may leave the panel at the bottom or top: there it ends.
+    // Where the line leaves the panel at its bottom or top, the line ends.
     const double height = std::log10(coefficient.mark);
     const double low = mark + (deviation.low - height) / coefficient.slope;
     const double high = mark + (deviation.high - height) / coefficient.slope;
@@ -274,7 +275,7 @@ void DrawSlope(const AllanCoefficient& coefficient,
 /// can be compared.
 std::pair<Range, Range> RowRanges(const AllanTriad& triad, const AllanScale& scale) {
   Range tau{.is_log = true}, curve{.is_log = true};
-  tau.Add(0.0);  // N is marked at 1 s, K at 3 s.
+  tau.Add(0.0);  // The mark of N is at 1 s, that of K at 3 s: 1 s is always shown.
   tau.Add(std::log10(3.0));
   for (const AllanAxis& axis : triad.axes) {
     for (const AllanPoint& point : axis.points) {
@@ -298,7 +299,8 @@ void DrawHead(const AllanResult& result, double width, Svg* svg) {
             24.0,
             "Allan deviation" + (result.serial.empty() ? "" : ", unit " + result.serial),
             "start head");
-  // The end of a long path identifies the recording; 80 characters fit beside the title.
+  // Of a long path only the end is shown, which identifies the recording; 80 characters fit beside
+  // the title.
   constexpr std::size_t kMostSource = 80;
   const std::string source = result.source.size() <= kMostSource
                                  ? result.source

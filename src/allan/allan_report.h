@@ -19,11 +19,11 @@ struct AllanCoefficientKind {
   double slope = 0.0;           ///< The slope of its line in the plot.
   double read_at_s = 0.0;       ///< The tau at which its line is read; unused for B.
   std::string_view line;        ///< "slope -1/2, read at 1 s".
-  std::string_view why_hidden;  ///< A note for axes that do not show it.
+  std::string_view why_hidden;  ///< A note for axes that do not show the coefficient.
 };
 extern const std::array<AllanCoefficientKind, 4> kAllanCoefficientKinds;  ///< N, B, K, Q.
 
-/// The unit of text and plot: the recording's; for counts of known scale, the usual one.
+/// Unit in text and plot: that of the recording or, for counts of known size, the usual true unit.
 struct AllanScale {
   double shown_per_raw = 1.0;
   std::string unit;  ///< "deg/s", "m/s²", "µT", "counts".
@@ -45,17 +45,18 @@ std::vector<AllanCoefficient> Coefficients(const AllanAxis& axis, const AllanSca
 std::string ValueText(const AllanCoefficient& coefficient);
 std::string IntervalText(const AllanCoefficient& coefficient);
 
-/// The report of `allan`: first the triads that were not at rest, thus without coefficients; for
-/// each other triad a table of the coefficients with 95 % intervals and units, then the warnings.
-/// Counts are shown in true units when the recording states their scale. The page has the curves.
+/// The report of `allan`: first the triads that were not at rest, which have no coefficients; then,
+/// for each of the other triads, a table of the coefficients with 95 % intervals and units, then
+/// the warnings. Counts are shown in true units when the recording states their scale. The page has
+/// the curves.
 VerbReport ReportOf(const AllanResult& result);
 
 /// The curves as a figure for other pages.
 Drawing AllanDrawing(const AllanResult& result);
 
-/// One self-contained SVG: a log-log panel for each axis with the deviation, its 95 % band and the
-/// line of each coefficient (if the triad was not at rest: the marked curve alone), drawn from and
-/// labelled with the numbers of ReportOf. Same input, same bytes.
+/// One self-contained SVG with a log-log panel for each axis: the deviation, its 95 % band and the
+/// line of each coefficient. If the triad was not at rest, the panel shows only the curve, marked
+/// as such. The numbers are those of ReportOf. Same input, same bytes.
 std::string AllanSvg(const AllanResult& result);
 
 }  // namespace truetriad

@@ -28,7 +28,7 @@ void ForEachPair(std::int64_t m, std::int64_t n, const Add& add) {
   }
 }
 
-/// Generalised autocovariances of the summed reading, without the delta of quantisation.
+/// Generalised autocovariances of the summed reading, without that of quantisation, a delta.
 NoiseStrengths Autocovariance(double lag) {
   const double t = std::abs(lag);
   if (t == 0.0) return NoiseStrengths::Zero();
@@ -36,7 +36,8 @@ NoiseStrengths Autocovariance(double lag) {
       0.0, -t / 2.0, t * t * std::log(t) / (2.0 * std::numbers::pi), (t * t * t - t) / 12.0, 0.0};
 }
 
-/// E[d_m(t) d_n(t + lag)] / (2 m n), without quantisation: at m = n and lag 0 the Allan variance.
+/// E[d_m(t) d_n(t + lag)] / (2 m n), without quantisation. At m = n and lag 0 this is the Allan
+/// variance.
 NoiseStrengths Smooth(std::int64_t m, std::int64_t n, std::int64_t lag) {
   NoiseStrengths sum = NoiseStrengths::Zero();
   ForEachPair(m, n, [&](double weight, std::int64_t shift) {
@@ -54,8 +55,8 @@ double TriangleOverlap(double m, double n) {
 
 /// Covariance of the mean second differences of factors m <= n in a stretch, divided by m^2 n^2 and
 /// multiplied by the numbers of both second differences at stride 1. It equals the covariance of
-/// the reading's change from one end to the other, with each end averaged over a triangle. Flicker
-/// is to leading order; quantisation contributes next to nothing.
+/// the reading's change from one end to the other, with each end averaged over a triangle. For
+/// flicker only the leading order is computed; the contribution of quantisation is negligible.
 NoiseStrengths ChangeOverStretch(double m, double n, double span) {
   return {0.0,
           2.0 * TriangleOverlap(m, n),
@@ -80,7 +81,7 @@ NoiseForm CovarianceForm(const AllanFactor& fine, const AllanFactor& coarse) {
   const std::int64_t lags = fine.m == coarse.m ? kLagsPerFactorItself : kLagsPerFactor;
   const std::int64_t step = std::max<std::int64_t>(fine.m / lags / fine.stride, 1) * fine.stride;
   const double lags_a_step = static_cast<double>(step) / static_cast<double>(fine.stride);
-  // The covariances of white noise and walk end at lag m + n; that of flicker is down to 2 % at
+  // The covariances of white noise and walk end at lag m + n; that of flicker has fallen to 2 % at
   // twice this lag.
   for (std::int64_t lag = 0; lag <= 2 * (fine.m + coarse.m); lag += step) {
     const double count = pairs_at(lag);

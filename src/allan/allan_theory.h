@@ -51,8 +51,8 @@ class AllanCovariance {
                          const NoiseStrengths& strengths) const;
 
  private:
-  /// forms_[i]: factor i with itself and with larger factors; those far apart count as
-  /// uncorrelated.
+  /// forms_[i]: the covariances of factor i with itself and with larger factors. Factors that are
+  /// far apart count as uncorrelated and have no entry.
   std::vector<std::vector<NoiseForm>> forms_;
 };
 

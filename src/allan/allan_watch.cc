@@ -11,11 +11,12 @@ namespace {
 
 // 1025 samples have 1024 spacings: fifty below the 5 % quantile and fifty above the 95 % quantile.
 constexpr std::size_t kFirstSamples = 1025;
-/// Chosen: the most missing samples in a row that a straight line fills; only their noise is lost.
+/// Chosen: up to this many missing samples in a row are filled by a straight line, so that only
+/// their noise is lost.
 constexpr std::int64_t kMostFilledSteps = 10;
-// Limits of variance and step in a window, over their medians. By chance a window of 32 samples
-// reaches three times the median variance once in 10^8, and a step of Gaussian noise seven times
-// the median step once in 10^6. Both limits are twice these.
+// The limits of a window's variance and step, each divided by its median. By chance a window of 32
+// samples reaches three times the median variance once in 10^8, and a step of Gaussian noise seven
+// times the median step once in 10^6. Both limits are twice these.
 constexpr double kVarianceRatio = 6.0, kStepRatio = 14.0;
 // The limit of the variance if the mean wanders by more than the noise within a window, as in a
 // random walk. A window's variance is then distributed nearly as the square of one Gaussian number
@@ -42,8 +43,9 @@ void EvenStream::Settle() {
     spacings_ns.push_back(static_cast<double>(held_.time_ns[i] - held_.time_ns[i - 1]));
   }
   if (spacings_ns.empty()) return;
-  // The mean of the spacings without gaps, since spacings in whole milliseconds alternate about it.
-  // If stamps come in bursts the median is zero, and gaps are not recognised.
+  // The usual spacing is the mean of the spacings without gaps: if stamps are in whole
+  // milliseconds, single spacings are too long or too short. If stamps come in bursts, the median
+  // is zero, and gaps are not recognised.
   const double median = LowerQuantile(spacings_ns, 0.5), late = LowerQuantile(spacings_ns, 0.95);
   double sum = 0.0, count = 0.0;
   for (const double spacing_ns : spacings_ns) {
@@ -62,7 +64,7 @@ std::int64_t EvenStream::MissingBefore(std::size_t i) const {
   if (irregular_ || spacing_ns <= 1.5 * typical_ns_) return 0;
   std::int64_t missing = std::llround(spacing_ns / typical_ns_) - 1;
   if (i + 1 < held_.size()) {
-    // A stamp that is only late is followed by a short spacing: the sum of both is as usual.
+    // If a stamp is only late, the next spacing is short, and the sum of both spacings is usual.
     const auto next_ns = static_cast<double>(held_.time_ns[i + 1] - time_ns);
     if (next_ns < 0.75 * typical_ns_) {
       missing =
@@ -173,7 +175,8 @@ void AxisWatch::FinishWindow(std::int64_t at_ns) {
 AxisWatch::Verdict AxisWatch::Judge() const {
   const double variance = variances_.all.Median(), step = steps_.all.Median();
   const double step_sigma = kMadToSigma * step;
-  // If the mean is smooth, its steps are compared with those that the noise alone makes.
+  // If the means of the windows change smoothly, their steps are compared with the steps that noise
+  // alone would cause.
   const double expected_step =
       std::max(step, std::sqrt(2.0 * variance / static_cast<double>(window_)) / kMadToSigma);
   const std::int64_t loud = variances_.all.CountAbove(
@@ -206,8 +209,9 @@ void HoldWatch::Add(const EvenReadings& readings) {
 }
 
 std::optional<double> HoldWatch::SamplesHeld() const {
-  // With noise well above the resolution, all axes repeat at once in less than 1 % of the samples;
-  // from 5 % on, readings are held. Axes that each repeat by chance seldom change all at once.
+  // If the noise is well above the resolution, all axes repeat their readings at once in less than
+  // 1 % of the samples; from 5 % on, readings count as held. If each axis repeats by chance, the
+  // axes seldom change all at once.
   const auto changes = static_cast<double>(any_changes_);
   if (any_changes_ == 0 || static_cast<double>(holds_) < 0.05 * changes ||
       static_cast<double>(all_changes_) < 0.5 * changes) {

@@ -23,15 +23,16 @@ struct EvenReadings {
   std::array<std::vector<double>, 3> axes;
 };
 
-/// Makes equally spaced readings of a stream: jitter of the time stamps is ignored, a few missing
-/// samples are filled by straight lines, longer gaps end the stretch.
+/// Turns a stream into stretches of equally spaced readings: jitter of the time stamps is ignored,
+/// a few missing samples are filled by straight lines, and longer gaps end the stretch.
 ///
 /// The spacing is that of the first thousand samples. If time stamps are so irregular that missing
 /// samples cannot be distinguished from late ones, nothing is filled and only long gaps end a
 /// stretch.
 class EvenStream {
  public:
-  /// `add` takes the next readings of a stretch; `end` is called after the last of a stretch.
+  /// `add` takes the next readings of a stretch; `end` is called after the last readings of a
+  /// stretch.
   EvenStream(std::function<void(const EvenReadings&)> add, std::function<void()> end)
       : add_(std::move(add)), end_(std::move(end)) {}
 
@@ -90,7 +91,7 @@ class AxisWatch {
   explicit AxisWatch(std::size_t window) : window_(window) {}
 
   void Add(std::span<const double> readings, std::span<const std::int64_t> end_ns);
-  /// To be called if the next readings do not directly follow the last ones.
+  /// The caller calls this if the next readings do not directly follow the previous ones.
   void Break() { filled_ = 0, last_mean_.reset(); }
 
   struct Verdict {
@@ -101,12 +102,12 @@ class AxisWatch {
     std::int64_t constant = 0;     ///< Windows in which the readings do not change.
     std::int64_t constant_ns = 0;  ///< End of the first constant window.
     double extreme = 0.0;          ///< The largest or smallest reading, whichever is more frequent.
-    std::int64_t at_extreme = 0;   ///< Number of readings of this value.
+    std::int64_t at_extreme = 0;   ///< Number of readings with the value `extreme`.
   };
   Verdict Judge() const;
 
  private:
-  /// Variances or steps of the windows, and the time of the largest.
+  /// The variances or the steps of the windows, and the time of the largest one.
   struct Sizes {
     SizeHistogram all;
     double largest = 0.0;
@@ -131,14 +132,14 @@ class AxisWatch {
   Extreme top_, bottom_;
 };
 
-/// Watches whether a triad repeats each reading for several samples: then all axes change together
-/// and repeat together.
+/// Detects whether a triad repeats each reading for several samples. If so, all axes change at the
+/// same samples and repeat at the same samples.
 class HoldWatch {
  public:
   void Add(const EvenReadings& readings);
-  /// To be called if the next readings do not directly follow the last ones.
+  /// The caller calls this if the next readings do not directly follow the previous ones.
   void Break() { last_.reset(), is_held_ = false; }
-  /// Mean number of samples that a held reading lasts; nullopt: readings are not held.
+  /// Mean number of samples that a held reading lasts; nullopt if readings are not held.
   std::optional<double> SamplesHeld() const;
 
  private:

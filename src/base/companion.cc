@@ -66,7 +66,8 @@ Result<std::string> FindSharedFile(std::string_view file_name) {
     if (!here.empty()) {
       places = {here / "share" / "truetriad", here.parent_path() / "share" / "truetriad"};
     }
-    // If another program has loaded this module, the data files are beside the module.
+    // If another program, such as Python, has loaded this code as a module, the data files are
+    // beside the module.
     if (const fs::path module = CodeFolder(); !module.empty() && module != here) {
       places.push_back(module / "share" / "truetriad");
     }

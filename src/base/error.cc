@@ -212,7 +212,7 @@ constexpr auto kErrors = std::to_array<ErrorInfo>({
 });
 
 FilePlace PlaceIn(const std::string& text) {
-  if (text.starts_with("--")) return {};  // A flag has no place in a file.
+  if (text.starts_with("--")) return {};  // If the text is a flag, it is no place in a file.
   const char* const text_end = text.data() + text.size();
   for (std::size_t colon = text.find(':'); colon != std::string::npos;
        colon = text.find(':', colon + 1)) {

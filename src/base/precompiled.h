@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Headers that nearly every file includes; they are precompiled once. No file relies on this one:
-// each file includes what it uses. Eigen's decompositions are left out on purpose, see math/dense.
+// Headers that nearly every file includes; they are precompiled once. No file relies on this
+// header: each file includes what it uses. Eigen's decompositions are left out on purpose, see
+// math/dense.
 #pragma once
 
 #include <algorithm>

@@ -29,7 +29,7 @@ std::string AsUtf8(std::string_view text);
 /// (except line breaks and tabs) and characters that change the direction of text are written in
 /// the form \u001B, bytes that are not UTF-8 in the form \xFF.
 std::string Printable(std::string_view text);
-/// As Printable, in one line: line breaks and tabs are escaped, too.
+/// Like Printable, but the result is one line: line breaks and tabs are escaped as well.
 std::string PrintableLine(std::string_view text);
 
 }  // namespace truetriad

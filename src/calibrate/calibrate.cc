@@ -39,8 +39,9 @@
 namespace truetriad {
 namespace {
 
-// How badly the poses fit: the sum over all deletion tests and priors of log(1 + χ² / dof), the
-// cost of a Cauchy distribution, so that a few outliers count little, whatever their size.
+// A measure of how badly the poses fit: the sum of log(1 + χ² / dof) over all deletion tests and
+// priors. This is the cost of a Cauchy distribution, in which a few outliers count little, however
+// large they are.
 double RobustMisfit(const PoseGraph& graph) {
   const ReducedSystem system(graph);
   double misfit = 0.0;
@@ -53,8 +54,8 @@ double RobustMisfit(const PoseGraph& graph) {
   return misfit;
 }
 
-// A refusal: that of poses.findings for an enabled sensor, or else one for too few poses; unset if
-// there is none.
+// A refusal from poses.findings for an enabled sensor. If there is none, a refusal for too few
+// poses. If there are enough poses, unset.
 std::optional<Finding> WhyTooFewRests(const PoseSet& poses, const CalibrateOptions& options) {
   for (const Finding& finding : poses.findings) {
     if (finding.IsRefusal() && finding.sensor && options.triads[*finding.sensor].enabled) {
@@ -100,8 +101,9 @@ PoseSet WithOneGyroscopeBias(PoseSet poses) {
   return poses;
 }
 
-// Finds start values. If there are temperature terms, further ones come from the poses of one
-// temperature: if a unit drifts much, its readings over all temperatures lie on no ellipsoid.
+// Finds start values. If there are temperature terms, also finds some from the poses of one
+// temperature alone: if a unit drifts much, its readings over all temperatures do not lie on one
+// ellipsoid.
 Result<std::vector<StartValues>> FindStarts(const PoseSet& poses, const CalibrateOptions& options) {
   const bool has_gyroscope = options.triads[Triad::kGyroscope].enabled;
   if (has_gyroscope && options.HasSessionBias(Triad::kGyroscope) && !poses.sessions.empty()) {
@@ -131,8 +133,8 @@ PoseGraph GraphAt(const CalibrateOptions& options,
 }
 
 // Refines every start (several, if a magnetometer's rotation has several solutions) and returns the
-// best fit by RobustMisfit, which three poses beside a magnet do not decide. Unset if none
-// converges to a finite cost.
+// fit with the least RobustMisfit, in which a few disturbed poses, such as three beside a magnet,
+// do not decide. Unset if no fit converges to a finite cost.
 std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
                                             const std::vector<StartValues>& starts,
                                             std::vector<PoseNode> nodes,
@@ -146,7 +148,8 @@ std::optional<PoseGraph> SolveFromBestStart(const PoseSet& poses,
     if (options.triads[Triad::kGyroscope].enabled) BuildIncrements(poses, start, &graph);
     AddPriors(options, &graph);
     StartNoise(noise, &graph);
-    // At another temperature or after another power-up the length of a reading may truly differ.
+    // At different temperatures, or in different sessions, the lengths of readings may truly
+    // differ; then no reading is downweighted for its length.
     if (!options.HasThermal() && poses.sessions.empty()) {
       WeighReadingsAtStart(options.robust, &graph);
     }
@@ -168,7 +171,7 @@ bool HasBentAxes(const CalibrateOptions& options) {
     return std::any_of(options.triads.begin(), options.triads.end(), condition);
   };
   return has([](const TriadOptions& triad) { return triad.HasAxisTerm(Wanted::kYes); }) &&
-         has([](const TriadOptions& triad) {  // has parameters to solve for without the terms
+         has([](const TriadOptions& triad) {  // has free parameters other than these terms
            return triad.enabled && !(triad.fixed_bias && triad.fixed_sensitivity);
          });
 }
@@ -187,9 +190,9 @@ bool IsDetermined(const PoseGraph& graph, const CalibrateOptions& options) {
          AnalyseObservability(graph, system.shared(), options.observable_sigma).determined;
 }
 
-// Adds the nonlinearity terms to a solution without them: first to the rough one and, if that does
-// not converge, to one whose noise is settled. Terms that the poses do not determine have no
-// optimum; they stay zero, and the verdict names them. Returns the number of rounds.
+// Adds the nonlinearity terms to a solution without them: first to the rough solution and, if this
+// does not converge, to the solution whose noise is settled. Terms that the poses do not determine
+// have no optimum; they stay zero, and the verdict names them. Returns the number of rounds.
 int SettleBentAxes(const CalibrateOptions& options,
                    const CalibrateOptions& straight,
                    NoiseState* noise,
@@ -254,8 +257,8 @@ int Settle(const CalibrateOptions& options,
                    ? SettleBentAxes(options, WithStraightAxes(options), noise, graph, log, findings)
                    : SettleNoise(options.robust, noise, graph, log, findings);
   if (SettleField(options, NoiseDof(noise->estimate, *graph), graph)) {
-    // The noise was estimated with the field's former sign. It is settled again; its findings stay
-    // as they were.
+    // The noise was estimated with the former sign of the field. It is therefore estimated again;
+    // the findings of the first estimate are kept.
     Findings known;
     rounds += SettleNoise(options.robust, noise, graph, log, &known);
   }

@@ -10,11 +10,11 @@
 
 namespace truetriad {
 
-// The calibration as the options state it, before any pose is used.
+// The calibration before any pose is used: only the values that the options state.
 Calibration StatedCalibration(const CalibrateOptions& options);
 
-// As Calibrate, for options that leave nothing to be chosen. Unless null, `settled` receives the
-// solved graph of a calibration from poses, and its noise.
+// Like Calibrate, but for options without `auto`, which leave nothing to be chosen. Unless it is
+// null, `settled` receives the solved graph and the noise of a calibration from poses.
 Result<CalibrationSummary> CalibrateSettled(const PoseSet& poses,
                                             const CalibrateOptions& options,
                                             SettledModel* settled);

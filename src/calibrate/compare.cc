@@ -21,11 +21,12 @@ namespace truetriad {
 namespace {
 
 // The summed covariance is scaled to unit diagonal. If an eigenvalue is below this share of the
-// largest, it is rounding: the gauge fixes or ties the entries.
+// largest, it is rounding: the gauge fixes its entries or ties them to each other.
 constexpr double kTiedShare = 1e-9;
-// A variance below this share of its group's largest one is the rounding of a fixed entry.
+// If a variance is below this share of the largest variance in its group, the entry is fixed and
+// the variance is rounding.
 constexpr double kFixedShare = 1e-20;
-// A difference below this share of its group's largest entry is rounding.
+// If a difference is below this share of the largest entry in its group, it is rounding.
 constexpr double kRounding = 1e-6;
 
 // Whether the calibration holds every term that its covariance lists.
@@ -49,8 +50,8 @@ bool HoldsItsTerms(const Calibration& calibration) {
   return true;
 }
 
-// A gyroscope alone has the axes that the operator stated; they are taken to be the body axes of
-// the calibration that it is compared with.
+// If a gyroscope was calibrated alone, its body axes are the axes of the turns that the operator
+// stated. They are assumed to be the body axes of the other calibration.
 bool HasFrameFromOutside(const Calibration& calibration) {
   return calibration.gauge == Gauge::kFixture && calibration.gauge_sensor == Triad::kGyroscope;
 }
@@ -66,10 +67,9 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
                      ", b is " + std::string(OutcomeName(b.outcome)));
   }
   if (!HoldsItsTerms(a) || !HoldsItsTerms(b)) {
-    return Error(
-        ErrorCode::kDamagedFile,
-        "a covariance lists parameters that its calibration does not hold; the file was edited "
-        "by hand");
+    return Error(ErrorCode::kDamagedFile,
+                 "the covariance of one calibration lists parameters that this calibration does "
+                 "not hold; its file was edited by hand");
   }
   for (const Triad triad : kTriads) {
     if (!a.sensors[triad] || !b.sensors[triad]) continue;
@@ -87,8 +87,8 @@ Status CheckComparable(const Calibration& a, const Calibration& b) {
   return {};
 }
 
-// Whether a calibration holds all of a group fixed (zero variances) though it estimates other
-// parameters of the sensor.
+// Whether a calibration holds a whole group fixed (zero variances), although it estimates other
+// parameters of the same sensor.
 bool IsHeld(const Calibration& calibration, const std::string& group) {
   const NamedCovariance& covariance = calibration.covariance;
   const std::string sensor = group.substr(0, group.find('.') + 1);
@@ -105,8 +105,9 @@ bool IsHeld(const Calibration& calibration, const std::string& group) {
   return is_listed && is_sensor_estimated;
 }
 
-// Groups of parameters ("accelerometer.thermal.bias.1") that only one covariance lists or that one
-// calibration holds fixed, temperature terms without covariance, and sensors that only one has.
+// The groups of parameters ("accelerometer.thermal.bias.1") that only one covariance lists or that
+// only one calibration holds fixed. Also temperature terms without covariance, and sensors that
+// only one calibration has.
 std::vector<std::string> HeldByOneAlone(const Calibration& a, const Calibration& b) {
   std::set<std::string> groups;
   const auto add = [&groups](const Calibration& one, const Calibration& other, const char* which) {
@@ -203,8 +204,8 @@ std::optional<double> ReferenceOfTerms(const Calibration& calibration) {
   return std::nullopt;
 }
 
-// The p-value by F instead of χ², with the degrees of freedom of the σ of that calibration which
-// has fewer.
+// The p-value of the comparison, from the F distribution instead of χ². The degrees of freedom of
+// the σ are those of the calibration that has fewer.
 double AgreementOf(const Comparison& comparison, const Calibration& a, const Calibration& b) {
   double dof = std::numeric_limits<double>::infinity();
   for (const Calibration* calibration : {&a, &b}) {
@@ -255,11 +256,12 @@ void AddChiSquare(const ComparedValues& in_a,
   }
 }
 
-// Both solutions in one gauge: known attitudes if both have them, else the triangular gauge.
+// Converts both solutions to one gauge: that of known attitudes if both have known attitudes,
+// otherwise the triangular gauge.
 std::pair<PresentedSolution, PresentedSolution> InOneGauge(const Calibration& a,
                                                            const Calibration& b) {
   std::pair both(SolutionOf(a), SolutionOf(b));
-  if (a.gauge_sensor != b.gauge_sensor) return both;  // as they are stated
+  if (a.gauge_sensor != b.gauge_sensor) return both;  // returned unchanged
   const Gauge gauge =
       a.gauge == Gauge::kFixture && b.gauge == Gauge::kFixture ? Gauge::kFixture : Gauge::kAccelX;
   const auto turn = [&](const Calibration& stated, PresentedSolution* solution) {
@@ -277,8 +279,8 @@ double VarianceOf(const ComparedValues& of_a,
   return of_a.covariance(at.in_a, at.in_a) + of_b.covariance(at.in_b, at.in_b);
 }
 
-// Adds an entry for each parameter that both have. Returns the parameters that neither the gauge
-// nor the models of both hold fixed.
+// Adds an entry for each parameter that both calibrations have. Returns those of them that are
+// fixed neither by the gauge nor by the models of both.
 std::vector<CommonParameter> AddEntries(const Calibration& a,
                                         const Calibration& b,
                                         const ComparedValues& of_a,
@@ -355,7 +357,7 @@ Result<Comparison> Compare(const Calibration& a, const Calibration& stated_b) {
                  "the two calibrations have no parameter with an uncertainty in common");
   }
 
-  if (common.empty()) return comparison;  // Neither states an uncertainty.
+  if (common.empty()) return comparison;  // No parameter has an uncertainty in both.
 
   AddChiSquare(of_a, of_b, common, &comparison);
   if (comparison.dof > 0) comparison.p_value = AgreementOf(comparison, a, b);
@@ -379,7 +381,8 @@ Agreement AgreementOf(const Comparison& comparison) {
 }
 
 bool IsTooAlike(const Comparison& comparison) {
-  // Even if the σ are three times too large, two recordings agree so well only once in a million.
+  // If the calibrations are from two recordings, they agree so well only once in a million, even if
+  // the σ are three times too large.
   constexpr double kSigmaFactor = 3.0, kChance = 1e-6;
   if (comparison.dof <= 0) return false;
   const double most = kSigmaFactor * kSigmaFactor * comparison.chi2;

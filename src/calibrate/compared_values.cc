@@ -37,7 +37,7 @@ double ValueOf(const PresentedSolution& solution, const std::string& name) {
   }
 }
 
-// The entries of a symmetric matrix, by their names.
+// An entry of a symmetric matrix, with the letters in its name.
 struct GramEntry {
   Eigen::Index row, col;
   const char* name;

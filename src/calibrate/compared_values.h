@@ -11,7 +11,7 @@
 
 namespace truetriad {
 
-// Values of one calibration that are compared with another's values of the same names.
+// Values of one calibration that are compared with the values of the same names in another one.
 struct ComparedValues {
   std::vector<std::string> names;
   Eigen::VectorXd values;
@@ -26,8 +26,8 @@ ComparedValues ValuesInFrame(const PresentedSolution& solution);
 //
 //   G = C^T C      dG = -(G dS C + (G dS C)^T)      C = S^-1
 //
-// A reading r less bias has the squared length r^T G r in true units. Groups of values that a
-// rotation does change are not compared; they are named in `left_out`.
+// A reading r, after its bias is subtracted, has the squared length r^T G r in true units. Groups
+// of values that a rotation does change are not compared; they are named in `left_out`.
 ComparedValues ValuesWithoutFrame(const PresentedSolution& solution,
                                   std::vector<std::string>* left_out);
 

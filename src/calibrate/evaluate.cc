@@ -56,8 +56,8 @@ double StrengthOf(Triad triad, const ReferenceValues& reference) {
 
 // Sums up the errors e of one sensor for their joint χ², e^T (N + J Σ J^T)^-1 e: N is the
 // covariance of their noise, Σ that of the parameters, and J the derivatives of e by the
-// parameters. A parameter's error, which all poses share, then explains no scatter from pose to
-// pose.
+// parameters. All poses share the error of a parameter, so that this error explains no scatter from
+// pose to pose.
 class JointErrors {
  public:
   void Add(const Eigen::VectorXd& error,
@@ -129,7 +129,7 @@ PoseResidual AddReading(const Calibration& calibration,
           : pose.triads[stream.triad]->mean_raw.norm() * stream.unit.truth_per_raw - strength;
   residual.residual = residual.norm_error * residual.direction;
   const Eigen::Matrix3d covariance = reading.Covariance(calibration);
-  // Near a zero rate all three axes contribute to the norm.
+  // If the rate is near zero, the errors of all three axes contribute to its norm.
   const double variance = stream.triad == Triad::kGyroscope
                               ? covariance.trace()
                               : residual.direction.dot(covariance * residual.direction);
@@ -150,7 +150,7 @@ PoseResidual AddReading(const Calibration& calibration,
 }
 
 // The cosine of the angle between gravity and field at the poses, which no attitude changes. Its
-// mean is one more parameter, of which nothing is known beforehand.
+// mean is a further parameter, about which nothing is known beforehand.
 class ConstantAngle {
  public:
   void Add(const Calibration& calibration,
@@ -193,21 +193,23 @@ class ConstantAngle {
   }
 
  private:
-  // sin² of 0.6 deg: nearer to a magnetic pole the cosine hardly determines the angle.
+  // sin² of 0.6 deg. If gravity and field are closer to parallel, as near a magnetic pole, the
+  // cosine hardly determines the angle.
   static constexpr double kLeastSineSquare = 1e-4;
   JointErrors errors_;
   std::vector<double> angles_rad_, predicted_;  // predicted variances, rad^2
 };
 
 // Whether the mean norm error has a meaning. It has none if the field strength is not stated, or if
-// the bias at the reference is a convention (a sweep without a static calibration).
+// the bias at the reference temperature is only assumed, as in a sweep without a static
+// calibration.
 bool HasReference(const Calibration& calibration, Triad triad) {
   if (triad == Triad::kGyroscope) return true;
   if (triad == Triad::kMagnetometer && !calibration.reference.field_ut) return false;
   return calibration.mode != Mode::kSweep || !calibration.sensors[triad]->bias_sigma.isZero(0.0);
 }
 
-// Subtracts the mean norm error from the residuals of one sensor, and from its sums.
+// Subtracts the mean norm error from the residuals of one sensor and from the sensor's sums.
 void TakeMeanOut(Triad triad, std::vector<PoseResidual>* residuals, ErrorSums* sums) {
   double mean = 0.0;
   for (const PoseResidual& residual : *residuals) {
@@ -231,9 +233,10 @@ struct ErrorRatio {
   double count = 0.0;
   double noise_dof = 0.0;  // of the noise estimate; zero: the noise was stated
 
-  // F allows for chance if errors are few, or if the noise was estimated from few.
+  // The F test allows for chance: the errors may be few, or the noise may have been estimated from
+  // few residuals.
   bool IsTooLarge() const {
-    // Degrees of freedom of a stated noise, which is exact: with so many, F is χ² / count.
+    // The degrees of freedom of a stated noise, which is exact. With so many, F equals χ² / count.
     constexpr double kStated = 1e6;
     if (!(ratio > kExpectedErrorRatio)) return false;
     if (count < 1.0) return true;
@@ -257,7 +260,7 @@ std::vector<ErrorRatio> ErrorRatios(const EvaluationSummary& evaluation) {
   }
   if (evaluation.angle_ratio) {
     const double dofs[] = {noise_dof[Triad::kAccelerometer], noise_dof[Triad::kMagnetometer]};
-    // The noise with fewer degrees of freedom, among those that were estimated.
+    // The estimated noise counts; if both are estimated, the one with fewer degrees of freedom.
     const double dof =
         dofs[0] > 0.0 && dofs[1] > 0.0 ? std::min(dofs[0], dofs[1]) : std::max(dofs[0], dofs[1]);
     ratios.push_back(
@@ -296,7 +299,7 @@ void StateSums(const Calibration& calibration,
   }
 }
 
-// Adds every reading of every pose. Returns, by pose, the reading that turns are compared with.
+// Adds every reading of every pose. Returns each pose's reading with which turns are compared.
 Result<std::vector<std::optional<EvaluatedReading>>> AddPoses(const PosesLeftOut& left_out,
                                                               const Calibration& calibration,
                                                               const PoseSet& poses,

@@ -43,7 +43,8 @@ Result<ModelAtPose> ModelFor(const TriadCalibration& sensor,
       sensor, SameOnAllAxes(pose.temperature_degc.value_or(0.0), pose.temperature_rate_degcps));
 }
 
-// d rotation / d the listed parameters of the calibration, in the convention of GyroIncrement.
+// The derivatives of the rotation by the parameters that the covariance lists, in the convention of
+// GyroIncrement.
 Eigen::Matrix3Xd TurnByParameters(const NamedCovariance& covariance,
                                   const ModelAtPose& at,
                                   const GyroIncrement& turn) {
@@ -79,7 +80,7 @@ ModelAtPose ModelBetween(const TriadCalibration& sensor,
 double ModelAtPose::FactorOf(const ParameterName& name) const {
   const ParameterInfo& info = InfoOf(name.kind);
   if (info.rate) return truetriad::FactorOf(*info.rate, tau_degc[name.row], rate_degcps[name.row]);
-  // The power is zero for every kind but bias and sensitivity.
+  // For every kind except bias and sensitivity, the power is zero.
   return std::pow(tau_degc[name.row], name.power);
 }
 

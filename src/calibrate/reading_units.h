@@ -9,13 +9,13 @@
 
 namespace truetriad {
 
-// `sensor` for readings and results in other units: `reading_per_raw` new units are one raw unit,
-// and `result_per_truth` new units are one true unit.
+// The calibration `sensor` converted for readings and results in other units: `reading_per_raw` new
+// units are one raw unit, and `result_per_truth` new units are one true unit.
 TriadCalibration InUnits(const TriadCalibration& sensor,
                          double reading_per_raw,
                          double result_per_truth);
 
-// Scales the rows and columns of a triad's entries to the units of InUnits.
+// Converts the rows and columns of a triad's entries in a covariance to the units of InUnits.
 void ScaleCovariance(Triad triad,
                      double reading_per_raw,
                      double result_per_truth,

@@ -37,8 +37,9 @@ Errors LengthErrors(const EvaluationSummary& evaluation, Triad triad) {
   return errors;
 }
 
-// Whether the mean squares of paired errors differ by more than chance: if not, u = a + b and
-// v = a - b are uncorrelated, (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939, Morgan 1939.
+// Whether the mean squares of paired errors a and b differ by more than chance. If they do not, u =
+// a + b and v = a - b are uncorrelated, and (n - 1) r^2 / (1 - r^2) ~ F(1, n - 1). Pitman 1939,
+// Morgan 1939.
 bool DifferByMoreThanChance(const Errors& a, const Errors& b) {
   double uu = 0.0, vv = 0.0, uv = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -78,7 +79,8 @@ void Add(std::string_view name,
 std::vector<ErrorOfTwo> ErrorsOf(const EvaluationSummary& a,
                                  const EvaluationSummary& b,
                                  double gravity_sigma_mps2) {
-  // 1000 mm/m. The place's field is unknown, so that no difference of the field's length decides.
+  // 1000 mm/m. The field at the place is unknown, so that a difference in the length of the field
+  // decides nothing.
   constexpr double kMillimetres = 1e3, kUndecided = std::numeric_limits<double>::infinity();
   std::vector<ErrorOfTwo> errors;
   const auto add_lengths = [&](Triad triad,

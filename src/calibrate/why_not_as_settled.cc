@@ -24,8 +24,9 @@
 namespace truetriad {
 namespace {
 
-// A dip is suspect if readings pull it from its stated value by this many σ of the pull. Chosen
-// low: a contradiction inflates the noise and this σ, and a larger limit would hide it.
+// A stated dip is suspect if the readings pull the dip away from it by over this many σ of the
+// pull. Chosen low: a contradiction increases the noise and thereby this σ, so that a larger limit
+// would hide the contradiction.
 constexpr double kSuspectSigmas = 1.5;
 
 // A stated dip may pull the estimated dip by this many σ of the dip that the readings alone give.
@@ -41,7 +42,7 @@ SharedInformation KnownOf(const PoseGraph& graph) {
   return {graph.layout, graph.shared, linearised.information(), linearised.gradient()};
 }
 
-// Whether the dip needs a test: it is stated as exact, or the solution is too far from it.
+// Whether the stated dip must be tested: it is stated as exact, or the solution is too far from it.
 bool IsSuspect(const Knowledge& dip, int dip_at, const PoseGraph& solved) {
   if (!(dip.sigma > 0.0)) return true;
   const double left = VarianceAt(dip_at, solved, KnownOf(solved)) / (dip.sigma * dip.sigma);
@@ -73,7 +74,7 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
   const double off_rad = freed.shared[freed_at] - *dip.value;
   const double chi2 = off_rad * off_rad / (variance + dip.sigma * dip.sigma);
   if (!(chi2 > FarInChi2(NoiseDof(found.estimate, freed)))) return std::nullopt;
-  // A dip that the readings outweigh does no harm; stated.cc reports that it is contradicted.
+  // If the readings outweigh the stated dip, it does no harm; stated.cc reports the contradiction.
   const double pulled_rad = freed.shared[freed_at] - solved.shared[dip_at];
   if (pulled_rad * pulled_rad < kPulledSigmas * kPulledSigmas * variance) return std::nullopt;
   return Finding(
@@ -90,24 +91,26 @@ std::optional<Finding> FindContradictedDip(const CalibrateOptions& options,
       .With("sigmas", std::sqrt(chi2));
 }
 
-// Chosen: a nearer alignment is the solution itself, since the closed form weighs all poses alike.
+// Chosen: an alignment that is nearer to the solution than this is the solution itself. It may
+// differ since the closed form gives all poses the same weight.
 constexpr double kSameByClosedFormRad = 2.0 * kRadPerDeg;
-// Chosen: solved alignments that are nearer than this are one.
+// Chosen: if two solved alignments are nearer to each other than this, they are the same.
 constexpr double kSameRad = 0.5 * kRadPerDeg;
-// Largest RMS of the cosine of the angle to gravity, 6 deg if it is a right angle: if the cosine
-// scatters by more, the field is not constant.
+// If the cosine of the angle between field and gravity scatters by more than this RMS, the field is
+// not constant. It is 6 deg if the angle is a right angle.
 constexpr double kExplainedRms = 0.1;
-// With this number of poses, in whatever attitudes, one of several alignments stands out.
+// With so many poses, one of several alignments is clearly the best, whatever the attitudes are.
 constexpr std::size_t kEnoughPairs = 8;
 
 struct Pairs {
   std::vector<Eigen::Vector3d> ups, fields;  // in the body as it was solved, unit vectors
   double cosine = 0.0;                       // of the angle between them, mean
   double rms = 0.0;                          // of the cosines' deviations from the mean
-  double noise = 0.0;                        // σ of a cosine by the noise of one pose, RMS
+  double noise = 0.0;                        // σ of a cosine from one pose's noise, RMS
 };
 
-// Mean variance of a unit vector's component by the noise of a reading.
+// The variance that the noise of a reading causes in a component of the unit vector; mean of the
+// components.
 double VarianceOfDirection(const TriadModel<double>& model, const Observation& observation) {
   const Eigen::Matrix3d C = model.sensitivity.inverse();
   const Eigen::Matrix3d variance = C * observation.variance * C.transpose();
@@ -149,7 +152,7 @@ double AngleOf(const Eigen::Matrix3d& turn) {
   return Eigen::AngleAxisd(Eigen::Matrix3d(turn.determinant() < 0.0 ? -turn : turn)).angle();
 }
 
-// Other minima of the closed form: rotations or reflections of the field in the solution.
+// The other minima of the closed form, as rotations or reflections of the solved field directions.
 std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) {
   const bool is_dip_free = solved.layout.IsFree(solved.layout.reference + kDip);
   std::vector<FrameAlignment> all;
@@ -169,9 +172,8 @@ std::vector<FrameAlignment> Others(const PoseGraph& solved, const Pairs& pairs) 
     add(+1, &pairs.cosine);
     add(-1, &pairs.cosine);
   }
-  // An alignment is not solved if its RMS exceeds three times that of the solution (or of noise, if
-  // larger, since the solution is fitted) by 1.1 deg. Chosen wide, since only the cost of the
-  // solved alignment decides.
+  // An alignment is not tried if its RMS exceeds three times that of the solution (or of the noise,
+  // if this is larger) by 1.1 deg. Chosen wide, since only the cost after solving decides.
   constexpr double kHopeless = 0.02;
   std::erase_if(all, [&](const FrameAlignment& other) {
     return AngleOf(other.rotation) < kSameByClosedFormRad ||
@@ -190,7 +192,8 @@ Finding NotOneAngle(const Pairs& pairs) {
       .With("rms", std::asin(std::min(1.0, pairs.rms)) / kRadPerDeg, "deg");
 }
 
-// Solves the graph from a start where `turned`, the triad that does not lead, has this alignment.
+// Solves the graph from a start in which `turned`, the triad that does not lead, has this
+// alignment.
 PoseGraph SolvedFrom(const FrameAlignment& alignment, Triad turned, PoseGraph graph) {
   const SharedLayout& layout = graph.layout;
   const Eigen::Matrix3d body_from_turned =

@@ -26,17 +26,20 @@
 namespace truetriad {
 namespace {
 
-// Significance level of the likelihood ratio: by it alone 1 % of nonexistent terms would stay.
+// The significance level of the likelihood ratio. If this were the only criterion, 1 % of
+// nonexistent terms would stay.
 constexpr double kLevel = 0.01;
-// A term with a smaller p-value stays whatever BIC and held-out error say: if it were removed, the
-// verdict would find it in the residuals and warn or refuse. This does not hold for temperature
-// terms: poses of one temperature share an error, which makes their p-values too small.
+// If the p-value of a term is smaller, the term stays, whatever BIC and held-out error are: if it
+// were removed, the verdict would find it in the residuals and warn or refuse. This does not hold
+// for temperature terms: poses of one temperature share an error, which makes their p-values too
+// small.
 constexpr double kShownLevel = 1e-3;
 // Higher terms are tested only if they leave at least this many residual degrees of freedom, and
-// nothing is tested if the matrices alone leave fewer. With fewer, hardly any ratio exceeds chance,
-// and too small a model would be chosen: no σ shows its error, while too large a model has large σ.
+// nothing is tested if the matrices alone leave fewer. With fewer, hardly any likelihood ratio
+// would be significant, and the chosen model would be too small. No σ shows the error of a model
+// that is too small, while a model that is too large has large σ.
 constexpr double kLeastDof = 10.0;
-// Far more steps than there are terms: the limit ends a choice that repeats itself.
+// This limit, far above the number of terms, ends a choice that repeats itself.
 constexpr int kMostSteps = 100;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -58,7 +61,7 @@ int HighestOrderOf(const SharedLayout& layout) {
   return highest;
 }
 
-// Directions of the larger model's free coordinates, at its optimum, that the smaller one lacks.
+// Directions of the larger model's free coordinates, at its optimum, that the smaller model lacks.
 Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& smaller) {
   const SharedLayout& layout = larger.layout;
   Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(layout.size, smaller.layout.free_size());
@@ -66,8 +69,8 @@ Eigen::MatrixXd TestedDirections(const PoseGraph& larger, const PoseGraph& small
   for (std::size_t i = 0; i < places.size(); ++i) {
     moved.row(places[i]) = smaller.layout.basis.row(static_cast<Eigen::Index>(i));
   }
-  // If the larger model holds the strength of the field, another strength is another scale of the
-  // magnetometer.
+  // If the larger model holds the strength of the field fixed, a change of the strength appears as
+  // a change of the magnetometer's scale.
   const int field = layout.reference + kField;
   if (!layout.IsFree(field) && layout.Has(Triad::kMagnetometer)) {
     const Eigen::RowVectorXd strength = moved.row(field) / larger.reference()[kField];
@@ -89,7 +92,7 @@ class Candidates {
       for (const Observation& seen : node.observations) rows_ += seen.rejected ? 0 : 3;
     }
     for (const IncrementEdge& edge : largest_.increments) rows_ += edge.rejected ? 0 : 3;
-    // Poses of one temperature share an error: only other temperatures can test a polynomial.
+    // Poses of one temperature share an error: only poses of others can test a polynomial.
     groups_ = models.HasThermalChoice() && folds > 0 ? GroupsOfSettings(largest_)
                                                      : GroupsOfPosesAndTurns(largest_, folds);
     Fit& fit = fits_[largest];
@@ -118,7 +121,7 @@ class Candidates {
   const std::optional<double>& HeldOutOf(Fit* fit) const {
     if (fit->held_out) return *fit->held_out;
     fit->held_out.emplace();
-    // With one temperature held out, a polynomial of order n needs n + 1 others.
+    // If one temperature is held out, a polynomial of order n needs n + 1 other temperatures.
     if (!models_.HasThermalChoice() ||
         HighestOrderOf(fit->graph.layout) + 2 <= static_cast<int>(groups_.size())) {
       *fit->held_out = HeldOutError(fit->graph, groups_);
@@ -126,9 +129,9 @@ class Candidates {
     return *fit->held_out;
   }
 
-  // The p-value of the likelihood ratio of two nested models, one `step` apart. An error that the
-  // poses of one temperature share is no evidence that the bias depends on temperature: such terms
-  // are compared with the scatter between temperatures, by its own few degrees of freedom.
+  // P-value of the likelihood ratio of two nested models, one `step` apart. An error that the poses
+  // of one temperature share is no evidence that the bias depends on temperature: such terms are
+  // thus compared with the scatter between temperatures, which has only a few degrees of freedom.
   double PValue(Fit* larger, const Fit& smaller, const Neighbour& step) const {
     const Eigen::MatrixXd tested = TestedDirections(larger->graph, smaller.graph);
     const double count = static_cast<double>(tested.cols());
@@ -144,12 +147,12 @@ class Candidates {
     const SettingScatter scatter = ScatterOf(larger->graph, system, *larger->settings, triad);
     if (scatter.dof <= 0.0) return p;
     if (step.is_of_bias) {
-      // By chance the scatter may come out below the noise.
+      // The scatter may be below the noise by chance.
       const double noise = std::max(scatter.ratio, 1.0);
       return std::max(p, 1.0 - FisherCdf(ratio / count / noise, count, scatter.dof));
     }
-    // Poses of one temperature determine a sensitivity. An error that they share changes it only to
-    // the extent that they are not evenly distributed. Degrees of freedom after Satterthwaite 1946.
+    // The poses of one temperature determine a sensitivity by themselves. An error that they share
+    // changes it only if their directions are uneven. Degrees of freedom after Satterthwaite 1946.
     const Eigen::MatrixXd drift =
         TransposedCongruence(tested, DriftOf(larger->graph, system, triad, scatter.variance_raw));
     const PivotedCholesky own(TransposedCongruence(tested, system.covariance()));
@@ -158,7 +161,7 @@ class Candidates {
     return std::max(p, 1.0 - FisherCdf(ratio / count / (1.0 + share), count, dof));
   }
 
-  // Whether the larger of two models is worth its parameters; `step` leads from one to the other.
+  // Whether the larger of two models is worth its parameters; `step` is the step between them.
   bool IsWorthIt(Fit* larger, Fit* smaller, const Neighbour& step, double p_value) const {
     if (p_value < kShownLevel && !step.thermal_triad) return true;
     if (p_value >= kLevel || BicOf(*larger) >= BicOf(*smaller)) return false;
@@ -168,7 +171,7 @@ class Candidates {
   }
 
  private:
-  // A fit that does not converge keeps an infinite χ².
+  // If a fit does not converge, its χ² stays infinite.
   static void Solve(Fit* fit) {
     const SolveOutcome outcome = SolveGraph(&fit->graph);
     if (outcome.converged && std::isfinite(outcome.final_cost))
@@ -181,7 +184,7 @@ class Candidates {
   NoiseState noise_;
   PoseGraph largest_;
   int rows_ = 0;
-  std::map<Choice, Fit> fits_;  // a map: references to its fits stay valid
+  std::map<Choice, Fit> fits_;  // a map, so that references to its fits stay valid
 };
 
 // The criteria of a model; `p_value` is that of the step that leads to it.
@@ -199,8 +202,9 @@ ModelAlternative Described(const std::string& description,
   return alternative;
 }
 
-// One step: of the terms that are not worth their parameters, removes the least significant one; if
-// there is none, adds the most significant of those that are worth theirs. Unset if neither exists.
+// One step: removes the least significant of the terms that are not worth their parameters. If
+// there is none, adds the most significant of the missing terms that are worth their parameters.
+// Unset if there is no such term either.
 std::optional<ModelAlternative> Improve(const OpenModels& models,
                                         Candidates* candidates,
                                         Choice* choice) {
@@ -247,8 +251,8 @@ std::vector<ModelAlternative> AlternativesTo(const OpenModels& models,
   return alternatives;
 }
 
-// Whether the smaller model's χ² is significantly larger, by F: the increase per removed term over
-// the larger model's reduced χ². F allows for few degrees of freedom of the larger model.
+// Whether the smaller model's χ² is significantly larger. F is the increase of χ² per removed term
+// divided by the larger model's reduced χ²; its distribution allows for few degrees of freedom.
 bool IsFarWorse(const Quality& smaller, const Quality& larger) {
   // At this level a nonexistent term is kept once in a thousand.
   constexpr double kFarLevel = 1e-3;
@@ -272,7 +276,7 @@ Result<CalibrationSummary> CalibrateWithChoice(const CalibrateOptions& options,
     SettledModel settled;
     Quality quality;
   };
-  std::optional<Larger> larger;  // usable, but with few degrees of freedom
+  std::optional<Larger> larger;  // a larger model that is usable, but has few degrees of freedom
   for (;;) {
     Result<CalibrationSummary> summary = calibrate(models.OptionsOf(choice), &settled);
     if (!summary || options.initialise.only) return summary;

@@ -19,7 +19,7 @@ struct SettledModel {
   NoiseState noise;
 };
 
-// Calibrates with options that leave nothing open; `settled` receives the model unless null.
+// Calibrates with options that leave nothing open. Unless it is null, `settled` receives the model.
 using CalibrateOnce =
     std::function<Result<CalibrationSummary>(const CalibrateOptions&, SettledModel* settled)>;
 

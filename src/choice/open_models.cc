@@ -12,8 +12,9 @@ namespace {
 std::vector<Level> MatrixLevels(const CalibrateOptions& wanted, Triad triad) {
   const TriadOptions& sensor = wanted.triads[triad];
   std::vector<MatrixModel> models;
-  // Six faces define the body frame only as well as they are level. Residuals never show a rotation
-  // of all sensors relative to them: a smaller model would leave that rotation, and its σ, out.
+  // Six faces define the body frame only as accurately as they are level. Residuals never show a
+  // rotation of all sensors relative to the faces. A smaller model would leave out this rotation
+  // and its σ.
   const bool is_frame_told = wanted.attitudes.kind != AttitudeKind::kSixFace;
   if (!sensor.fixed_sensitivity && is_frame_told) {
     if (sensor.nominal_sensitivity) models.push_back(MatrixModel::kBias);
@@ -58,17 +59,18 @@ std::vector<Level> ShapeLevels() {
   return levels;
 }
 
-// The highest order that poses at n temperatures can test: n - 2, which leaves one temperature to
-// predict. Two or three temperatures allow n - 1, a line or a parabola through all of them.
+// The highest order that poses at n temperatures can test is n - 2, so that one temperature can be
+// predicted from the others. For n = 2 or 3 it is n - 1: a line or a parabola through all
+// temperatures.
 int HighestOrder(int temperatures) {
   return temperatures <= 3 ? temperatures - 1 : temperatures - 2;
 }
 
-// The open parts, in the order in which they shrink if the poses do not determine them all.
+// The open parts. If the poses do not determine them all, they are reduced in this order.
 // `temperatures`: number of temperatures of the poses.
 std::vector<OpenPart> OpenPartsOf(const CalibrateOptions& wanted, int temperatures) {
   std::vector<OpenPart> parts;
-  // The gyroscope first: it is calibrated by what the other sensors measure.
+  // The gyroscope comes first, since it is calibrated by what the other sensors measure.
   const auto add_where = [&](const auto& is_open, PartKind kind, const auto& levels) {
     for (const Triad triad : {Triad::kGyroscope, Triad::kMagnetometer, Triad::kAccelerometer}) {
       const TriadOptions& sensor = wanted.triads[triad];
@@ -170,7 +172,7 @@ std::string OpenModels::DescriptionOf(const Choice& choice) const {
   for (const Triad triad : kTriads) {
     std::string terms;
     bool is_open = false;
-    // From the matrix to the terms beyond it.
+    // The loop goes backwards, from the matrix to the terms beyond it.
     for (std::size_t i = parts_.size(); i-- > 0;) {
       if (parts_[i].triad != triad) continue;
       is_open = true;
@@ -209,7 +211,7 @@ bool OpenModels::Shrink(bool keep_matrices, Choice* choice) const {
   const CalibrateOptions options = OptionsOf(*choice);
   for (std::size_t i = 0; i < parts_.size(); ++i) {
     if ((*choice)[i] == 0 || (keep_matrices && parts_[i].kind == PartKind::kMatrix)) continue;
-    // The order shrinks to 1 before the shape shrinks.
+    // The order is reduced to 1 before the shape is reduced.
     const ThermalOptions& thermal = options.triads[parts_[i].triad].thermal;
     if (parts_[i].kind == PartKind::kThermalShape && thermal.matrix_order != 1 &&
         wanted_.triads[parts_[i].triad].thermal.matrix_order_auto) {

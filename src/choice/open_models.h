@@ -21,13 +21,13 @@ struct Level {
 enum class PartKind {
   kMatrix,       // at the reference temperature; every model has one
   kTerm,         // present or not
-  kThermalTerm,  // of the temperature's rate, present or not
+  kThermalTerm,  // a term in the temperature's rate, present or not
   kBiasOrder,    // order of the bias as a polynomial in temperature
   kMatrixOrder,
-  kThermalShape,  // of the matrix in temperature, if its order is not 0
+  kThermalShape,  // shape of the matrix' temperature terms, if their order is not 0
 };
 
-// A part of a triad's model that is open: each of its levels contains the one before.
+// A part of a triad's model that is open. Each of its levels contains the previous level.
 struct OpenPart {
   Triad triad = Triad::kAccelerometer;
   PartKind kind = PartKind::kTerm;
@@ -59,16 +59,17 @@ class OpenModels {
   // The options with every open part at its chosen level.
   CalibrateOptions OptionsOf(const Choice& choice) const;
 
-  // The open parts as they were chosen: "accelerometer full; gyroscope full, g-sensitivity".
+  // The open parts with their chosen levels in words: "accelerometer full; gyroscope full,
+  // g-sensitivity".
   std::string DescriptionOf(const Choice& choice) const;
 
   std::vector<Neighbour> NeighboursOf(const Choice& choice) const;
 
-  // Lowers one part by one level, the part that poses are the likeliest not to determine. With
-  // `keep_matrices`, matrices are not lowered. False if no part can be lowered.
+  // Lowers one part by one level: the part that the poses most probably do not determine. If
+  // `keep_matrices`, matrices are not lowered. Returns false if no part can be lowered.
   bool Shrink(bool keep_matrices, Choice* choice) const;
 
-  // What the choice lacks, by the next larger level of each part: "gyroscope T'".
+  // What the next larger level of each part would add to the choice: "gyroscope T'".
   std::string Missing(const Choice& choice) const;
 
  private:

@@ -36,17 +36,18 @@ struct Survey {
   int shards = 0;       ///< 0: not stated.
   std::string said_by;  ///< The source that states `shards`.
   std::set<int> present;
-  std::optional<RetestPolicy> policy;  ///< Common policy of the stores so far; unset: none.
+  std::optional<RetestPolicy> policy;  ///< Of all stores so far; unset: none has a policy.
   std::string counted_by;              ///< The last store with `policy`.
-  bool states_policy = false;          ///< One of these stores states it.
-  std::unordered_map<std::size_t, std::size_t> contents;  ///< Hash of contents, by hash of name.
+  bool states_policy = false;          ///< One of these stores states the policy explicitly.
+  std::unordered_map<std::size_t, std::size_t>
+      contents;                                ///< Of runs: hash of contents by hash of name.
   std::map<std::string, std::string> decided;  ///< Contents of decisions and checks, by name.
   std::map<std::string, std::vector<Disposition>> dispositions;  ///< By the run that they name.
   std::vector<StationCheck> checks;
 };
 
-/// The contents of a run without its findings and message, whose invalid UTF-8 is replaced in
-/// PostgreSQL.
+/// The contents of a run, to compare copies of the run. Findings and message are left out, since
+/// PostgreSQL stores them with invalid UTF-8 replaced.
 std::string ContentOf(UnitRun run) {
   run.findings.clear();
   run.message.clear();
@@ -66,7 +67,7 @@ Error OtherContent(const std::string& source, const std::string& what) {
                what + " exists twice with different content; one of the two was changed");
 }
 
-/// Makes the source the place of an error that has no place yet.
+/// If the error names no file, adds the name of the source.
 Status Placed(const Status& status, const std::string& source) {
   if (status || !status.error().place.file.empty()) return status;
   return Error(status.error().code, {ShownStore(source)}, status.error().message);
@@ -124,21 +125,23 @@ bool IsSameStore(const std::string& one, const std::string& other) {
 
 Status CheckTarget(const std::vector<std::string>& sources, const std::string& target) {
   if (JsonLinesPath(target)) {
-    return Error(ErrorCode::kInvalidArgument,
-                 "--store=" + target +
-                     ": JSON lines cannot be collected into; name a file for SQLite, as in "
-                     "--store=fleet.db, and write JSON lines of it with `truetriad fleet export`");
+    return Error(
+        ErrorCode::kInvalidArgument,
+        "--store=" + target +
+            ": a file of JSON lines cannot be the target; name a file for SQLite, as in "
+            "--store=fleet.db, and write JSON lines from it with `truetriad fleet export`");
   }
   for (const std::string& source : sources) {
     if (!IsSameStore(source, target)) continue;
     return Error(ErrorCode::kConflictingArguments,
                  {ShownStore(source)},
-                 "is the target store itself; name the stores to be added to it");
+                 "is the target (--store) itself; name the other stores, which are to be added to "
+                 "the target");
   }
   return {};
 }
 
-/// Error: the run is invalid, or its shard is one of another number of shards than the store has.
+/// Error: the run is invalid, or its shard states another number of shards than the store.
 Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::string name = "run " + run.id;
   if (const Status checked = CheckRun(run); !checked) {
@@ -147,11 +150,12 @@ Status CheckRunOfStore(const UnitRun& run, int shards) {
   const std::optional<Shard> shard = ShardFromText(run.shard);
   if (shard && shard->count == shards) return {};
   return Error(ErrorCode::kDoesNotMatch,
-               name + " is of shard `" + run.shard + "`, but its store has the shard count " +
-                   std::to_string(shards) + "; the store has been changed by another program");
+               name + " is of shard `" + run.shard +
+                   "`, but its store states the number of shards " + std::to_string(shards) +
+                   "; another program has changed the store");
 }
 
-/// Calls `take` with all runs of a source of any kind.
+/// Calls `take` with each run of a source, which may be a database or a file of runs.
 Result<LinesRead> ReadSource(const std::string& url, const std::function<Status(UnitRun)>& take) {
   if (const std::optional<std::string> path = JsonLinesPath(url)) {
     InputGuard::Add(*path);
@@ -177,8 +181,8 @@ Error Unfinished(const std::string& source, std::size_t runs) {
       {source},
       "has " + std::to_string(runs) +
           " runs, but no line at its end that confirms their number: `fleet run` is still writing "
-          "it or was stopped, an older truetriad wrote it, or lines have been cut off. Run the "
-          "shard again with --resume, which adds the missing runs, or collect the runs that it has "
+          "this file or was stopped, an older truetriad wrote it, or lines have been cut off. Run "
+          "the shard again with --resume, which adds the missing runs, or collect the present runs "
           "with --unfinished");
 }
 
@@ -220,7 +224,7 @@ Result<std::size_t> NewRuns(const std::string& name,
   return fresh.size();
 }
 
-/// Examines a source. Error: it cannot be added.
+/// Examines a source. Error: the source cannot be added.
 Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey* survey) {
   Collected& collected = survey->collected;
   const std::size_t before = collected.runs;
@@ -245,7 +249,7 @@ Status Look(const std::string& name, bool takes_unfinished, Store& store, Survey
                    {ShownStore(name)},
                    "states the shard count " + std::to_string(shards.count) + ", but " +
                        survey->said_by + " states " + std::to_string(survey->shards) +
-                       "; collect the stores of one fleet run");
+                       "; name only stores of the same fleet run");
     }
     survey->shards = shards.count;
     survey->said_by = ShownStore(name);
@@ -284,12 +288,12 @@ Status AddRuns(const std::string& name, Store& store, Survey* survey) {
   };
   const Result<LinesRead> source = ReadInParts(name, add);
   if (source) return {};
-  return Error(
-      source.error().code,
-      source.error().message + "; the runs added so far stay, and collecting again adds the rest");
+  return Error(source.error().code,
+               source.error().message +
+                   "; the runs added so far are kept, and collecting again adds the others");
 }
 
-/// The shards, of `count`, that are not in `present` and have no runs in the store.
+/// Those of the shards 0 to `count` - 1 that are not in `present` and have no runs in the store.
 Result<std::vector<int>> MissingShards(Store& store, int count, std::set<int> present) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> shards,
                              store.QueryTexts("SELECT DISTINCT shard FROM run"));
@@ -326,8 +330,8 @@ constexpr std::string_view kOverruled =
     "AND standing.final_verdict IN ('PASS', 'NO_LIMITS') ORDER BY standing.serial";
 
 /// For each current run of a deliverable unit: the first earlier run of each other unit that has
-/// all of its readings. Runs with a wrong serial number are left out. A shard or station compares
-/// only its own units.
+/// all readings of the current run. Runs with a wrong serial number are left out. The shards and
+/// stations have compared only their own units.
 constexpr std::string_view kCopies =
     "SELECT own.serial, own.run, own.log, min(its.run), its.serial "
     "FROM (SELECT digest FROM reading GROUP BY digest HAVING count(*) > 1) AS seen "
@@ -358,7 +362,7 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   std::string names;
   for (const std::string& name : limits) names += (names.empty() ? "" : ", ") + name;
   if (!names.empty()) {
-    collected->notes.push_back("not all units were judged by the same limits of " + names);
+    collected->notes.push_back("the units were judged by different limits of " + names);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const Table lifted, store->Query(std::string(kDecisionsLifted)));
   for (const auto& row : lifted.rows) {
@@ -384,8 +388,8 @@ Status AgreeAll(const std::string& target, Collected* collected) {
   return {};
 }
 
-/// Examines all sources, then adds them to the store at `url`, which messages call `target`. If one
-/// cannot be added, nothing is added.
+/// Examines all sources, then adds them to the store at `url`, which messages call `target`. If a
+/// source cannot be added, nothing is added.
 Result<Collected> AddAll(const std::vector<std::string>& sources,
                          const std::string& target,
                          const std::string& url,
@@ -417,8 +421,8 @@ Result<Collected> AddAll(const std::vector<std::string>& sources,
   return std::move(collected);
 }
 
-/// AddAll for a store in a new file. The file gets its name when it is complete. Error: by then,
-/// another file has this name.
+/// AddAll for a store in a new file. The file gets its name when it is complete. Error: another
+/// file has this name by then.
 Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
                               const std::string& target,
                               const fs::path& file,
@@ -427,7 +431,7 @@ Result<Collected> AddAllToNew(const std::vector<std::string>& sources,
   Result<Collected> collected =
       AddAll(sources, target, "sqlite:" + whole.string(), takes_unfinished);
   if (collected && renameat2(AT_FDCWD, whole.c_str(), AT_FDCWD, file.c_str(), RENAME_NOREPLACE) &&
-      link(whole.c_str(), file.c_str()) != 0) {  // Some file systems support one of the calls.
+      link(whole.c_str(), file.c_str()) != 0) {  // Some file systems support only one call.
     collected = Error(ErrorCode::kCannotWrite,
                       {file.string()},
                       std::string("cannot be created: ") + std::strerror(errno));

@@ -29,20 +29,21 @@ class Database {
 
   /// The database's name for messages, without a password.
   virtual const std::string& name() const = 0;
-  /// The number of rows that one statement should insert.
+  /// How many rows one statement should insert at most.
   virtual std::size_t rows_at_once() const = 0;
 
   /// Runs `work` in one transaction, which is on disk on return; an error undoes all of it. If the
   /// connection is lost, it is reopened and `work` is called again. Calls must not be nested.
   virtual Status Transact(Access access, const std::function<Status()>& work) = 0;
-  /// Runs a statement and returns the number of inserted rows. Only in `work` of Transact.
+  /// Runs a statement and returns the number of inserted rows. To be called only in `work` of
+  /// Transact.
   virtual Result<std::int64_t> Run(std::string_view sql, std::span<const Value> values) = 0;
-  /// Returns the rows of a query. Only in `work`.
+  /// Returns the rows of a query. To be called only in `work` of Transact.
   virtual Result<Table> Ask(std::string_view sql, std::span<const Value> values) = 0;
-  /// Returns the rows of a query that a user typed. Not in `work`. Error (usage): the text is not
-  /// valid SQL, not one statement, or would change the database.
+  /// Returns the rows of a query that a user typed. Must not be called in `work` of Transact. Error
+  /// (usage): the text is not valid SQL, not one statement, or would change the database.
   virtual Result<Table> AskAsGiven(const std::string& sql) = 0;
-  /// As Store::AllowTypedText. Not in `work`.
+  /// As Store::AllowTypedText. Must not be called in `work` of Transact.
   virtual Status AllowTypedText() { return {}; }
   /// As Store::TellNotes.
   virtual void TellNotes(std::function<void(const std::string&)> /*on_note*/) {}
@@ -53,13 +54,14 @@ Result<std::unique_ptr<Database>> OpenSqlite(const std::string& path, Access acc
 /// Opens a temporary SQLite database, deleted with the object. `name` is for messages.
 Result<std::unique_ptr<Database>> OpenPassingSqlite(const std::string& name);
 
-/// The name of a network file system, where SQLite's locks fail, by the `f_type` of statfs: "NFS".
-/// Empty: it is another kind of file system.
+/// The name ("NFS") of the network file system that has `magic` as `f_type` in statfs; SQLite's
+/// locks fail there. Empty: it is another kind of file system.
 std::string_view NetworkFileSystemName(long magic);
 
-/// Connects to a PostgreSQL server; the tables are in its schema for new tables. If the connection
-/// is lost later, it is reopened and its transaction repeated for up to the number of seconds in
-/// the environment variable TRUETRIAD_STORE_PATIENCE (default 60). Errors as OpenStore.
+/// Connects to a PostgreSQL server; the tables are in the schema in which the server creates new
+/// tables. If the connection is lost later, it is reopened and its transaction repeated for up to
+/// the number of seconds in the environment variable TRUETRIAD_STORE_PATIENCE (default 60). Errors
+/// as OpenStore.
 Result<std::unique_ptr<Database>> OpenPostgres(const std::string& url, Access access);
 
 // Functions that SQLite and PostgreSQL share; statements have parameters $1, $2, … in order.

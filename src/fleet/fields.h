@@ -22,11 +22,12 @@ namespace truetriad::fleet {
 /// The version of the fields, tables and lines of JSON; stores of another version are rejected.
 inline constexpr int kSchemaVersion = 6;
 inline constexpr std::string_view kSchemaVersionName = "schema_version";
-/// Error (bad input): the store `name` states the version `found`, which is not kSchemaVersion.
-/// Empty: it states none.
+/// Error (bad input): the store `name` states the version `found`, which is not kSchemaVersion, or
+/// no version (`found` is empty).
 Status CheckSchemaVersion(const std::string& name, const std::string& found);
 
-/// The table `run`. Tags, inputs, readings, parameters, findings, judgements have other tables.
+/// The table `run`. Tags, inputs, readings, parameters, findings and judgements have tables of
+/// their own.
 void Fields(auto&& visit, Like<UnitRun> auto& run) {
   visit("run", run.id);
   visit("serial", run.serial);

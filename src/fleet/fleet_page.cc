@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A chart shows at most this many last points: more do not fit on a screen.
+/// A chart shows only the last points, at most this many: more do not fit on a screen.
 constexpr int kPointsOfChart = 400;
 
 /// Finds the reports of runs.
@@ -97,8 +97,8 @@ std::string Packed(const std::vector<std::uint32_t>& numbers) {
   return text;
 }
 
-/// One word for each run, as an index into the sorted list of distinct words. If it is not set, the
-/// word is empty.
+/// One word for each run, stored as an index into the sorted list of distinct words. A run without
+/// a word has the empty word.
 class WordColumn {
  public:
   void Set(std::size_t run, const std::string& word) {
@@ -117,7 +117,7 @@ class WordColumn {
       sorted[place] = static_cast<std::uint32_t>(words.size());
       words.push_back(word);
     }
-    // The empty word sorts first.
+    // The empty word sorts first, so its index is 0.
     for (std::uint32_t& place : of_) place = place == kUnset ? 0 : sorted[place];
     return {{"words", words}, {"of", Packed(of_)}};
   }
@@ -149,7 +149,7 @@ class MomentColumn {
 };
 
 /// A number for each run, or none, as the first 30 bits of a float. The rounding error is at most
-/// 2⁻²² of the number, less than the digits that are shown.
+/// 2⁻²² of the number, which is below the last digit shown.
 class NumberColumn {
  public:
   void Set(std::size_t run, double value) {
@@ -285,8 +285,8 @@ class PageData {
     return {};
   }
 
-  /// Reads the decisions about each run, each with its end: none if it holds, "later" if another
-  /// decision followed, or the current run, which lifted it.
+  /// Reads the decisions about each run. Each decision gets an end: empty if it holds; "later" if
+  /// another decision followed; otherwise the name of the current run, which ended the decision.
   Status ReadDecisions() {
     TRUETRIAD_ASSIGN_OR_RETURN(const Decisions decisions, store_.ReadDecisions());
     TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> given_up,
@@ -392,14 +392,15 @@ class PageData {
   std::size_t links_ = 0;
 };
 
-/// The line's statistics for the units that `where` selects, as of the last unit or station check.
+/// The line's statistics for the units that `where` selects, as of the time of the last unit or
+/// station check.
 Result<Json> LineJson(Store& store, const std::string& where) {
   SummaryOptions options{.where = where, .chart_points = kPointsOfChart};
   TRUETRIAD_ASSIGN_OR_RETURN(
       const Table last,
       store.Query("SELECT max(created) FROM (SELECT created" + FromWhere("standing", where) +
                   " UNION ALL SELECT created FROM station_check) AS either"));
-  // The clock of a station may be ahead.
+  // The clock of a station may be ahead, so this time is at most the present.
   options.now = std::min(last.rows[0][0].value_or(""), TimestampUtc());
   TRUETRIAD_ASSIGN_OR_RETURN(Json summary, Summarise(store, options));
   // Six digits resolve a pixel of any screen.

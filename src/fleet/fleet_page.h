@@ -14,7 +14,7 @@ namespace truetriad::fleet {
 
 /// The store and the selection of units for a page.
 struct FleetPageOptions {
-  std::string store;   ///< Name as stated; runs' files are also looked for beside it.
+  std::string store;   ///< Name as the user stated it; the runs' files may be beside it.
   std::string folder;  ///< The page is written here.
   std::string where;   ///< Condition as for FromWhere; empty: all units.
 };

@@ -40,31 +40,30 @@ Result<std::optional<std::string>> GoldenHold(Store& store,
   if (checks.empty()) {
     return std::optional("station " + station + " has no check of its golden unit" + remedy);
   }
-  const auto recorded = [](const StationCheck& check) {
-    return "its golden unit " + check.serial + " as recorded at " + check.recorded;
+  const auto last_check = [&station](const StationCheck& check) {
+    return "station " + station + ": the last check of golden unit " + check.serial +
+           ", recorded at " + check.recorded + ", ";
   };
   const auto now_s = static_cast<double>(std::time(nullptr));
   bool has_good = false;
   for (const StationCheck& check : checks) {
     const GoldenState state = GoldenStateOf(check, now_s, age_s);
     if (state == GoldenState::kDisagrees) {
-      return std::optional("station " + station + " did not agree with " + recorded(check) +
-                           ", and has not agreed since" + remedy +
+      return std::optional(last_check(check) + "did not agree with the reference" + remedy +
                            "; if that golden unit is broken or retired, give the station "
                            "another name");
     }
     if (state == GoldenState::kToCome) {
-      return std::optional("station " + station + " has a check of " + recorded(check) +
-                           ", which is " + HoursText(line::SecondsOf(check.recorded) - now_s) +
+      return std::optional(last_check(check) + "is " +
+                           HoursText(line::SecondsOf(check.recorded) - now_s) +
                            " in the future: a clock is or was wrong" + remedy);
     }
     has_good = has_good || state == GoldenState::kGood;
   }
   if (has_good) return std::optional<std::string>();
   const double last_s = line::SecondsOf(checks.back().recorded);
-  return std::optional("station " + station + " was last checked with " + recorded(checks.back()) +
-                       ", " + HoursText(now_s - last_s) + " ago, but a check may be at most " +
-                       HoursText(age_s) + " old" + remedy);
+  return std::optional(last_check(checks.back()) + "is " + HoursText(now_s - last_s) +
+                       " old, but may be at most " + HoursText(age_s) + " old" + remedy);
 }
 
 std::optional<double> FleetProgress::SecondsLeft() const {
@@ -81,7 +80,7 @@ Error IsCopy(const UnitRun& run, const UnitRun& other, const std::string& remedy
                {run.log},
                "has the same readings as " + other.log + " of unit `" + other.serial +
                    "`, but is stated to be of unit `" + run.serial +
-                   "`: it is a copy, or one serial number is wrong; " + remedy);
+                   "`: one log is a copy of the other, or one serial number is wrong; " + remedy);
 }
 
 /// The text quoted as one word for a shell.
@@ -105,11 +104,12 @@ std::string DisposeCommand(const std::string& serial,
          " --who=NAME " + decision + '`';
 }
 
-/// The command or advice that releases the readings of `other` for `run`.
+/// Tells the user how `run` can be accepted although `other` has the same readings.
 std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& plan) {
   const bool is_lines = JsonLinesPath(plan.store_name).has_value();
-  return std::string("measure this unit, or, if the serial number of the other log was wrong, ") +
-         (is_lines ? "collect the runs into a store and state that there by " : "state that by ") +
+  return std::string(
+             "measure this unit again, or, if the other log has the wrong serial number, ") +
+         (is_lines ? "collect the runs into a store and state this there by " : "state this by ") +
          DisposeCommand(other.serial,
                         plan,
                         "--verdict=FAIL --wrong-serial --run=" + ShellWord(other.id) +
@@ -117,9 +117,9 @@ std::string RemedyOf(const UnitRun& run, const UnitRun& other, const WorkPlan& p
          " and run this log again";
 }
 
-/// Adds a serial number and keeps the first ones by name, whatever the order of the workers.
+/// Adds a serial number; keeps the first ones by name, so that the order of workers is irrelevant.
 void NameSome(const std::string& serial, std::set<std::string>* some) {
-  constexpr std::size_t kMostNamed = 3;  // More would fill a line.
+  constexpr std::size_t kMostNamed = 3;  // More do not fit on a line.
   some->insert(serial);
   if (some->size() > kMostNamed) some->erase(std::prev(some->end()));
 }
@@ -141,8 +141,8 @@ class FleetEngine {
         workers_(options.worker_command, options.plan, options.jobs, options.limits) {}
 
   /// Runs until the source has ended, or `is_stopped` is true and started units are done.
-  /// `progress`: the initial state. Error (bad input): the store or the workers fail and the
-  /// options are not patient; finished runs are in the store.
+  /// `progress`: the initial state. Error (bad input): the store or the workers fail and
+  /// FleetOptions::is_patient is false; finished runs are in the store.
   Result<FleetProgress> Run(FleetProgress progress, const std::function<bool()>& is_stopped) {
     constexpr double kLookS = 0.2;  // Longest delay before a new log or a stop is noticed.
     progress_ = std::move(progress);
@@ -174,10 +174,11 @@ class FleetEngine {
       store_retry_ = Retry();
       TRUETRIAD_RETURN_IF_ERROR(Keep());
       if (!ended_.empty()) {
-        return Error(ErrorCode::kCannotWrite,
-                     std::to_string(ended_.size()) +
-                         " runs could not be stored; their logs will be calibrated again: " +
-                         store_retry_.why);
+        return Error(
+            ErrorCode::kCannotWrite,
+            std::to_string(ended_.size()) +
+                " runs could not be stored, and the next start calibrates their logs again: " +
+                store_retry_.why);
       }
     }
     for (const std::string& note : source_->Left()) {
@@ -226,7 +227,7 @@ class FleetEngine {
     return {};
   }
 
-  /// Whether a unit may start; the reason against it is reported once.
+  /// Whether the next unit may start. If not, the reason is reported once.
   Result<bool> MayBegin() {
     if (!options_.hold) return true;
     if (!hold_retry_.IsDue()) return false;
@@ -305,8 +306,9 @@ class FleetEngine {
     if (listener_.on_run) listener_.on_run(run, progress_);
   }
 
-  /// Adds a run to the store and returns the standing before. If the clock has gone back since the
-  /// last run of the unit or log, or a decision was made meanwhile, the run gets a later name.
+  /// Adds a run to the store; returns the unit's standing before it. If the clock has gone back
+  /// since the last run of the unit or log, or a decision was made meanwhile, the run gets a later
+  /// name.
   Result<std::optional<Standing>> Add(UnitRun* run) {
     TRUETRIAD_RETURN_IF_ERROR(RefuseCopy(run));
     TRUETRIAD_ASSIGN_OR_RETURN(const std::string latest, store_->LatestRun(*run));
@@ -352,9 +354,9 @@ class FleetEngine {
            "; the run that was calibrated first counts as the earlier one");
     }
     if (unit.most && is_new_recording && unit.attempts > *unit.most + 1) {
-      Warn(run.serial + ": recording " + std::to_string(unit.attempts) +
-           " of this unit is kept, but only the first " + std::to_string(*unit.most + 1) +
-           " count");
+      Warn(run.serial + ": this is recording " + std::to_string(unit.attempts) +
+           " of the unit; the store keeps it, but only the first " +
+           std::to_string(*unit.most + 1) + " recordings can decide the unit's verdict");
     }
     WarnOfRefusal(run, before, unit, is_new_recording);
     if (before && !before->disposed_by.empty() && unit.disposed_by.empty()) {
@@ -421,7 +423,7 @@ class FleetEngine {
         lost, old.code, [](const LimitCheck& check) { return kLimit + check.FullName(); });
     const LimitCheck& worst = named == lost.end() ? lost.front() : *named;
     const auto same = same_in_now(worst);
-    Warn(run.serial + ": was FAIL by " + MissedText(worst) +
+    Warn(run.serial + ": was FAIL because of " + MissedText(worst) +
          (lost.size() > 1 ? " and " + Counted(lost.size() - 1, "other limit") : "") + ", and is " +
          std::string(VerdictWords(unit.final_verdict)) + " now, since its current run " + unit.run +
          (same == now.judgements.end() ? " is not judged by this limit"
@@ -429,7 +431,8 @@ class FleetEngine {
          "; check that this was intended");
   }
 
-  /// Explains why a refusal stands although another recording is current.
+  /// If a person refused the unit and the refusal still holds although this run of a new recording
+  /// is good and current, warns and states why.
   void WarnOfRefusal(const UnitRun& run,
                      const std::optional<Standing>& before,
                      const Standing& unit,
@@ -443,7 +446,7 @@ class FleetEngine {
          unit.disposed_why + "), since " +
          (is_file ? "its time of measurement is known only from the date of its file"
                   : "it was measured at " + run.recorded + ", before that decision") +
-         "; list a later log with its time in column `recorded`, or decide again by " +
+         "; list a log measured later, with its time in column `recorded`, or decide again by " +
          DisposeCommand(run.serial, options_.plan, "--verdict=PASS --why=WHY"));
   }
 
@@ -455,7 +458,7 @@ class FleetEngine {
     for (const std::string& serial : held_back) {
       Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
       if (!agreed) continue;  // The store fails; the next start repeats this.
-      // A missing folder may be on another machine or in an archive.
+      // A missing folder is not reported: it may be on another machine or in an archive.
       std::erase_if(agreed->unreached, [](const Unreached& one) { return !one.is_there; });
       for (const std::string& note : agreed->Notes(serial)) Warn(note);
     }
@@ -468,7 +471,7 @@ class FleetEngine {
     const Result<Agreement> agreed = AgreeFolders(*store_, serial, options_.plan.folder);
     if (!agreed) {
       Warn(serial + ": " + agreed.error().message +
-           "; the next start corrects the files of its other runs");
+           "; the next fleet run or fleet watch corrects the files of its other runs");
       return;
     }
     for (const std::string& note : agreed->Notes(serial)) Warn(note);
@@ -476,7 +479,7 @@ class FleetEngine {
     if (agreed->IsUnsafe()) progress_.unsafe.insert(serial);
   }
 
-  /// Schedules another attempt after a failure; if the options are not patient, returns the error.
+  /// Schedules another attempt after a failure, or returns the error if is_patient is false.
   Status Failed(const Error& error, Retry* retry) const {
     constexpr double kFirstS = 1.0, kMostS = 60.0;  // Delays double up to one minute.
     if (!options_.is_patient) return error;
@@ -492,8 +495,8 @@ class FleetEngine {
     const Result<std::string> other = store_->UnitOfOtherLetters(serial);
     if (!other || other->empty()) return;
     Warn(serial + ": differs from unit `" + *other +
-         "` of the store only in capital letters; if they are one unit, write its serial number "
-         "in one way");
+         "` of the store only in capital letters; if both are the same unit, always write its "
+         "serial number in the same way");
   }
 
   void Tell(const std::string& note) const {
@@ -571,13 +574,13 @@ std::vector<std::vector<std::size_t>> OfSameReadings(const std::vector<Arrival>&
   return groups;
 }
 
-/// The units. If another unit's log has the readings of a unit, the unit is refused, unless the
-/// other's serial number was wrong. Error: the store fails.
+/// Returns the units. A unit is refused if the log of another unit has the same readings, unless a
+/// person stated that the other log has a wrong serial number. Error: the store fails.
 Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
                                            Store& store,
                                            std::vector<UnitOrder> orders) {
-  // This many readings of each sensor are compared first. It takes a millisecond, and so many
-  // readings hardly agree by chance.
+  // Only this many readings of each sensor are compared first. Reading them takes a millisecond,
+  // and so many readings hardly agree by chance.
   constexpr std::int64_t kFirstReadings = 64;
   std::vector<Arrival> units;
   std::vector<std::size_t> all;
@@ -600,7 +603,9 @@ Result<std::vector<Arrival>> WithoutCopies(const FleetOptions& options,
           const UnitRun other = RunOf(options.plan, units[another].order);
           if (other.serial == own.serial || is_given_up(other)) continue;
           units[place].refusal =
-              IsCopy(own, other, "measure both, or name only the one whose number is right");
+              IsCopy(own,
+                     other,
+                     "measure both units again, or name only the log with the right serial number");
         }
       }
     }
@@ -664,7 +669,7 @@ Result<FleetProgress> WatchFleet(const WatchOptions& watched,
   TRUETRIAD_ASSIGN_OR_RETURN(
       FleetProgress progress,
       FleetEngine(patient, config_sha256, source.get(), &store, listener).Run({}, is_stopped));
-  // Unlike a run, a watch is complete when it was stopped.
+  // A watch that was stopped is complete, unlike a stopped run.
   TRUETRIAD_RETURN_IF_ERROR(store.MarkEnd());
   progress.skipped = source->Skipped();
   TRUETRIAD_RETURN_IF_ERROR(NameLeftOut(

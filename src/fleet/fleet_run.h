@@ -24,8 +24,8 @@ struct FleetOptions {
   int jobs = 1;
   UnitLimits limits;
   bool resumes = false;  ///< Skips logs unchanged since a run by this experiment and program.
-  /// If the store or the machine fails, the work is tried again at growing intervals until it
-  /// succeeds, for a watch over days. If false, a failure is an error.
+  /// If true, a failure of the store or the machine is no error: the work is tried again at growing
+  /// intervals until it succeeds, as a watch over days needs.
   bool is_patient = false;
   std::vector<std::string> worker_command;
   /// Called before each unit with the station that is stated for this unit alone (empty: none).
@@ -56,18 +56,18 @@ struct FleetProgress {
   std::size_t done = 0, red = 0;
   std::map<Verdict, std::size_t> verdicts;
   std::map<std::string, std::size_t> codes;  ///< Number of red runs (IsRed) by code.
-  /// Number of runs that are not red but have warnings; the first three of their units by name; and
-  /// the number of these runs by the code of the warning.
+  /// Runs that are good (not IsRed) but have warnings: their number, the first three of their units
+  /// by name, and their number by the code of the warning.
   std::size_t warned = 0;
   std::set<std::string> warned_units;
   std::map<std::string, std::size_t> warnings;
   Yield yield;  ///< Of the units calibrated in this fleet run.
-  /// Units that are not good although their last run is, or the reverse, each with the reason for
-  /// its verdict: "FAIL by R. Roe (bent)".
+  /// Units that are not good although their last run is good, or the reverse. Each has the reason
+  /// for its verdict: "FAIL by R. Roe (bent)".
   std::map<std::string, std::string> overruled;
   std::size_t held_back = 0;  ///< Number of good runs of units that are not good.
   /// Number of runs whose recording had a run in the store already, and the first three of their
-  /// units by name: this choice does not depend on the order of the workers.
+  /// units by name, which do not depend on the order of the workers.
   std::size_t known_recordings = 0;
   std::set<std::string> known_units;
   std::set<std::string> unsafe;       ///< Units for which Agreement::IsUnsafe is true.
@@ -79,7 +79,7 @@ struct FleetProgress {
 
   /// Runs that are not good, or whose unit is not good in the end.
   std::size_t NotGood() const { return red + held_back; }
-  /// Whether all runs and all units, skipped ones included, are good, and no log is left.
+  /// Whether all runs and all units, skipped ones included, are good, and no log was left out.
   bool IsGood() const {
     return red == 0 && yield.final_good == yield.units && skipped_red.empty() && left == 0;
   }
@@ -136,8 +136,8 @@ struct WatchOptions {
   /// Interval between looks; unset: 1 s, or 5 s on a file system that does not report who writes to
   /// a file. It is at least 20 times the duration of the last look.
   std::optional<double> look_s = {};
-  /// Idle time after which the watch ends; a recording.yaml whose files are still missing is first
-  /// returned as it is.
+  /// Idle time after which the watch ends; before that, a recording.yaml whose files are still
+  /// missing is returned as it is.
   std::optional<double> until_idle_s = {};
 };
 

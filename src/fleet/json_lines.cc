@@ -131,7 +131,7 @@ class LinesReader {
         return Kept(Keep(ThingFrom<StationCheck>(json["station_check"])));
       }
       run = UnitRunFrom(json);
-    } catch (const std::exception& failure) {  // Of the JSON reader, or of UnitRunFrom.
+    } catch (const std::exception& failure) {  // From the JSON reader or UnitRunFrom.
       return Error(ErrorCode::kWrongFormat,
                    std::string("is not a valid record of a fleet run: ") + failure.what());
     }
@@ -152,14 +152,15 @@ class LinesReader {
     read_.is_ended = true;
     if (stated == read_.counts) return {};
     return Error(ErrorCode::kDamagedFile,
-                 "states that " + TextOf(stated) + " are above it, but there are " +
+                 "states that " + TextOf(stated) + " are on the lines above, but there are " +
                      TextOf(read_.counts) + "; restore the file as it was written");
   }
   Status Keep(Disposition disposition) {
     TRUETRIAD_RETURN_IF_ERROR(CheckStored(disposition));
     if (!runs_.contains(std::hash<std::string>()(disposition.run))) {
-      return Error(ErrorCode::kDoesNotMatch,
-                   "is a decision about run " + disposition.run + ", which is on no line above it");
+      return Error(
+          ErrorCode::kDoesNotMatch,
+          "is a decision about run " + disposition.run + ", but no line above has that run");
     }
     ++read_.counts.dispositions;
     read_.decisions.dispositions.push_back(std::move(disposition));
@@ -249,9 +250,11 @@ Status RunLines::Lock() {
   if (descriptor_ < 0) return Failure();
   if (flock(descriptor_, LOCK_EX | LOCK_NB) == 0) return {};
   if (errno == EWOULDBLOCK) {
-    return Error(ErrorCode::kStoreFailure,
-                 {path_},
-                 "another run is writing to it; wait for its end, or give each run its own file");
+    return Error(
+        ErrorCode::kStoreFailure,
+        {path_},
+        "another process is writing to this file; wait for its end, or give each fleet run "
+        "its own file");
   }
   // A network folder may have no locks. Then writers are not protected from each other.
   const bool has_no_locks = errno == ENOLCK || errno == EOPNOTSUPP || errno == ENOSYS;

@@ -17,9 +17,9 @@
 namespace truetriad::fleet {
 
 // A file of runs is text. The first line is a header. Each run is a line, LineOf(UnitRun), and the
-// decisions about the run are below it; checks of stations may be on any line. The last line counts
-// the lines above it; without it the file is incomplete. If lines are added later, a new count
-// follows them.
+// decisions about the run are below it; checks of stations may be on any line. The last line states
+// the numbers of lines above; a file without this line is incomplete. If lines are added later, a
+// new count follows them.
 
 /// The header line states the store of the runs:
 /// {"format":"truetriad/runs","schema_version":6,"shards":8,"shard":2,"store":"…",
@@ -52,9 +52,9 @@ struct LinesRead {
 std::optional<StoreHeader> HeaderOf(const std::string& path);
 
 /// Calls `take` with every run of a file. A last line without a newline, which a killed writer
-/// leaves, is ignored. Error (bad input): the file cannot be read or is not a file of runs; a line,
-/// which is named, is not valid, is of another shard than the header, or states wrong numbers of
-/// lines above it; errors of `take`.
+/// leaves, is ignored. Errors (bad input): the file cannot be read or is not a file of runs; a line
+/// is not valid, is of another shard than the header, or states wrong numbers of the lines above
+/// (the message names the line). Returns errors of `take`, too.
 Result<LinesRead> ForEachLine(const std::string& path, const std::function<Status(UnitRun)>& take);
 
 /// A file of runs to which one process at a time writes. Each line is appended and flushed to disk.

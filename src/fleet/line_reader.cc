@@ -152,8 +152,9 @@ class LineReader {
   std::unordered_map<std::string, std::size_t> place_of_;  ///< Indices of parameters.
 };
 
-/// The first measured run of each group by `partition`, among the runs for which `condition` is
-/// true. If a later list corrected the time of a log, the run with the corrected time is used.
+/// SQL for the run measured first in each group of runs with the same `partition`. Only runs for
+/// which `condition` is true belong to a group. If a later list corrected the time of a log, the
+/// run with the corrected time is used.
 std::string FirstRuns(const std::string& partition, const std::string& condition) {
   return "SELECT run FROM (SELECT run.run, row_number() OVER (PARTITION BY " + partition +
          " ORDER BY run.recorded, run.run) AS nth FROM run LEFT JOIN tag ON tag.run = run.run AND "

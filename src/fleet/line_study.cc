@@ -73,7 +73,7 @@ double ReferenceOf(const Quantity& quantity,
   return reference == options.references.end() || is_of_limit ? line::kNotKnown : reference->second;
 }
 
-/// The study of one quantity of the runs.
+/// The gauge study of one quantity, made from its values in the runs.
 Json StudyOf(const Quantity& quantity, const LineReading& runs, const SummaryOptions& options) {
   const std::vector<line::UnitRecord>& all = runs.data.units;
   const bool is_of_one_part = std::ranges::all_of(
@@ -131,7 +131,8 @@ Status CheckReferences(const Json& studies, const std::map<std::string, double>&
           return study["name"] == name;
         })) {
       return Error(ErrorCode::kUnknownName,
-                   "a reference is stated for `" + name + "`, which the study's runs do not have");
+                   "--reference states a value for `" + name +
+                       "`, but the runs of the study have no such quantity");
     }
   }
   return {};
@@ -140,10 +141,10 @@ Status CheckReferences(const Json& studies, const std::map<std::string, double>&
 Error SameRecording(const std::string& one, const std::string& other, const std::string& of) {
   return Error(ErrorCode::kConflictingArguments,
                "the study has the same recording twice, as runs " + one + " and " + other + " (" +
-                   of + "); measure each unit again, or leave one out with --study");
+                   of + "); leave one of these runs out with --study, or measure the unit again");
 }
 
-/// Error: two runs are of the same recording, which shows no repeatability.
+/// Error: two runs are of the same recording, so they do not show repeatability.
 Status CheckAreDifferent(Store& store, const std::string& study) {
   std::unordered_map<std::string, std::string> run_of;  // By the digest of a sensor's readings.
   TRUETRIAD_ASSIGN_OR_RETURN(

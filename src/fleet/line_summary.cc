@@ -46,7 +46,8 @@ Json CountsByTag(const LineReading& line, const std::string& tag) {
     counts[tag == "station" ? course.first_station : line::TagOf(line.data.units[i], tag)].Add(
         course);
   }
-  // The runs of a station are all recordings made there, whatever their units.
+  // For a station, `runs` is the number of all recordings made there, also of units that were first
+  // measured elsewhere.
   if (tag == "station") {
     for (auto& [station, count] : counts) count.runs = 0;
     for (const auto& [station, recordings] : line.recordings_at) counts[station].runs = recordings;
@@ -79,7 +80,7 @@ Json YieldOf(const LineReading& line, double confidence) {
     const Json counts = CountsByTag(line, tag);
     if (!counts.empty()) json["by_tag"][tag] = counts;
   }
-  // Units of unknown time come first.
+  // In data.units, units whose time is unknown come first.
   const int unknown = recorded_by.contains("") ? recorded_by.at("") : 0;
   std::string first, last;
   if (unknown < all.units) {
@@ -164,7 +165,8 @@ Json CapabilityOf(const Quantity& quantity, double confidence) {
   return json;
 }
 
-/// The report, with indices replaced by parameter names (null: all together) and serial numbers.
+/// The report as JSON: names of parameters (null: all parameters together) and serial numbers of
+/// units replace their indices.
 Json ChartsJson(const line::LineData& measured, const line::ChartReport& report) {
   const auto name_of = [&](int parameter) {
     return parameter < 0 ? Json() : Json(measured.parameters[static_cast<std::size_t>(parameter)]);

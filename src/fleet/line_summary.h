@@ -67,9 +67,9 @@ struct LineReading {
   /// needed: all quantities together would take as much memory as the units.
   Quantity JudgedOf(const std::string& name) const;
   Quantity ParameterOf(std::size_t place) const;
-  /// Of each unit the first calibration at each station, current or not. With current runs only, a
-  /// station would look too good: later attempts, also elsewhere, would replace bad ones. Moves all
-  /// units out of `data` and `others`.
+  /// The first calibration of each unit at each station, whether its run is current or not. With
+  /// current runs only, a station would look too good: later runs, also at other stations, would
+  /// replace bad ones. Moves all units out of `data` and `others`.
   line::LineData TakeMeasured();
 
   /// The limits of a judgement; target: NaN if there is none.
@@ -85,14 +85,14 @@ struct LineReading {
   };
   std::map<std::string, std::vector<Judgement>> judged;  ///< By name of limit.
   std::vector<Limits> limits;                            ///< Each distinct set once.
-  /// The units of TakeMeasured. An index i < n = data.units.size() is one in data.units; otherwise
-  /// i - n is one in `others`.
+  /// The units of TakeMeasured, as indices. With n = data.units.size(), index i < n means
+  /// data.units[i], and index i >= n means others[i - n].
   std::vector<std::uint32_t> measured;
   std::vector<line::UnitRecord> others;
 };
 
-/// Reads the units that `where` selects, each by its current run. Memory holds their numbers, not
-/// the store. Errors: as Store::Query; (usage) `where` is not a valid condition.
+/// Reads the units that `where` selects, each by its current run. Keeps only the numbers of these
+/// units in memory. Errors: as Store::Query; (usage) `where` is not a valid condition.
 Result<LineReading> ReadUnits(Store& store, const std::string& where = {});
 
 /// Reads the runs that `where` selects, current or not, each as a unit. `measured` stays empty.

@@ -57,7 +57,7 @@ truetriad::Table TableOf(const Trees& list, const std::vector<TextColumn>& colum
   return table;
 }
 
-/// NaN if the value is unknown.
+/// The number in `value`; NaN if it is unknown.
 double Number(const Json& value) {
   return value.is_number() ? value.get<double>() : line::kNotKnown;
 }
@@ -73,7 +73,7 @@ std::string Digits(const Json& value) {
   return Significant(Number(value), kDigits);
 }
 
-/// `text` of a known, finite value; empty for others.
+/// The text of a value if it is known and finite; otherwise empty.
 template <std::string (*text)(const Json&)>
 std::string Known(const Json& value) {
   return std::isfinite(Number(value)) ? text(value) : "";
@@ -117,7 +117,7 @@ std::string Or(const Json& name, const std::string& none) {
   return name.is_null() || name == "" ? none : Words(name);
 }
 
-/// "measured 2026-11-24T06:00:00Z to …, 12 units an hour; 30 units by the time of the file".
+/// "measured 2026-11-24T06:00:00Z to …, 12 units an hour; 30 units dated by the list".
 std::string MeasuredText(const Json& yield) {
   const std::string first = Words(yield["first"]);
   std::string text = first.empty() ? "" : "measured " + first + " to " + Words(yield["last"]);
@@ -125,9 +125,9 @@ std::string MeasuredText(const Json& yield) {
   if (!std::isnan(rate)) {
     text += ", " + (rate < 1000.0 ? Significant(rate, 3) : Fixed(rate, 0)) + " units an hour";
   }
-  for (const auto& [by, what] : {std::pair("list", " by the list"),
-                                 {"recording", " by the recording's own time"},
-                                 {"file", " by the time of the file"},
+  for (const auto& [by, what] : {std::pair("list", " dated by the list"),
+                                 {"recording", " dated by the recording itself"},
+                                 {"file", " dated by the time of the file"},
                                  {"nothing", " at an unknown time"}}) {
     const auto units = yield["recorded_by"].find(by);
     if (units == yield["recorded_by"].end()) continue;
@@ -195,7 +195,7 @@ std::vector<Section> LimitsSections(Trees limits) {
                           {"of calibration", 'r', "/calibration_sigma", Digits<2>},
                           {"upper", 'r', "/upper", Known<Digits<4>>},
                           {"unit", 'l', "/unit", Unit}})};
-  // A single unit has no Ppk.
+  // Quantities without a Ppk, such as those of a single unit, are left out below.
   limits.erase(std::find_if(limits.begin(),
                             limits.end(),
                             [&](const Json& quantity) { return std::isnan(ppk_of(quantity)); }),
@@ -220,13 +220,14 @@ std::vector<Section> LimitsSections(Trees limits) {
   }
   if (!doubted.empty()) {
     capability.notes.push_back(
-        "Not normally distributed (p < 0.01), although the share outside and the intervals "
-        "assume it: " +
+        "The share outside and the intervals assume a normal distribution, but these quantities "
+        "are not normally distributed (p < 0.01): " +
         doubted);
   }
   if (!changed.empty()) {
-    capability.notes.push_back("Limits have changed; judged here by those of the last unit: " +
-                               changed);
+    capability.notes.push_back(
+        "The limits of these quantities have changed, and the table uses those of the last unit: " +
+        changed);
   }
   return {std::move(spread), std::move(capability)};
 }

@@ -44,7 +44,8 @@ std::optional<LogStamp> StampOfFile(const fs::path& file) {
                   std::int64_t{about.st_mtim.tv_sec} * kNsPerSecond + about.st_mtim.tv_nsec};
 }
 
-/// The state of several files. Any change of a file changes it, even if the file becomes older.
+/// The state of several files. Any change of a file changes this state, even if the file becomes
+/// older.
 LogStamp StampOfAll(const std::vector<std::string>& files) {
   LogStamp all;
   std::string states;
@@ -139,7 +140,7 @@ bool BelongsToManifest(const fs::path& table) {
          !HasReadings(table.string());
 }
 
-/// Walks through a folder and its subfolders, through each once.
+/// Walks through a folder and its subfolders, and enters each of them only once.
 class Walk {
  public:
   Walk(const std::function<bool(const fs::path&)>& enters,
@@ -242,7 +243,7 @@ Recorded RecordedIn(std::int64_t time_ns, std::string_view by) {
 Recorded RecordedOf(const LogStamp& stamp) { return RecordedIn(stamp.modified_ns, kByFile); }
 
 std::optional<Recorded> RecordedOf(const PoseSet& poses) {
-  // 9 September 2001; a clock that counts from power-up would have run for 31.7 years.
+  // 9 September 2001. A clock that counts from power-up reaches this value only after 31.7 years.
   constexpr std::int64_t kLeastNs = 1'000'000'000 * kNsPerSecond;
   if (!poses.has_time || poses.start_ns < kLeastNs) return std::nullopt;
   return RecordedIn(poses.start_ns, kByRecording);
@@ -287,7 +288,8 @@ Result<DoneLogs> DoneLogs::In(Store& store, const std::string& config_sha256) {
   DoneLogs done;
   const auto take = [&](const UnitRun& run) {
     if (run.config_sha256 != config_sha256 || run.software_version != Version()) return;
-    // A refused copy is not done: the user may have removed the other unit's log, as advised.
+    // The log of a refused copy is calibrated again: the user may have removed the other unit's
+    // log, as advised.
     if (run.code == InfoOf(ErrorCode::kOtherDevice).name) return;
     // Only a time that a list stated is part of the state: the log itself states all others.
     const bool is_stated = run.recorded_by == kByList;

@@ -51,22 +51,23 @@ struct LogStamp {
   bool operator==(const LogStamp&) const = default;
 };
 
-/// The state of a log; unset: it does not exist. For a manifest: the total size of it and all files
-/// that it names, and the latest time of these in whole seconds, with a digest of all sizes and
-/// times in place of the nanoseconds.
+/// The state of a log; unset: it does not exist. For a manifest, `bytes` is the total size of the
+/// manifest and all files that it names. `modified_ns` is the latest of their times in whole
+/// seconds, plus a digest of all sizes and times in place of the nanoseconds.
 std::optional<LogStamp> StampOf(const std::string& log);
 /// The state of all tables of a folder and its recording.yaml.
 LogStamp StampOfFolder(const std::filesystem::path& folder);
 
 /// When a log was recorded (ISO 8601, UTC), and the source of this time (kRecordedBy). A time in
-/// the future is replaced by the present; otherwise no later run would count.
+/// the future is replaced by the present; otherwise no later run could become current.
 struct Recorded {
   std::string at;
   std::string_view by;
 };
-/// By the time at which the file was modified.
+/// Takes the time at which the file was modified.
 Recorded RecordedOf(const LogStamp& stamp);
-/// By the clock of the recording; unset: it has no times, or its clock does not count from 1970.
+/// Takes the clock of the recording; unset: the recording has no times, or its clock does not count
+/// from 1970.
 std::optional<Recorded> RecordedOf(const PoseSet& poses);
 
 /// Whether a process has the file open for writing; false where the system does not report it
@@ -92,7 +93,7 @@ class DoneLogs {
   /// Whether the last run of the order's log read the log in this state, and has the serial number,
   /// tags and time of measurement that the order states. What the order does not state is ignored.
   bool Has(const UnitOrder& order, const LogStamp& stamp) const;
-  /// The same for the present state of the log.
+  /// Has() for the log as it is at present.
   bool Has(const UnitOrder& order) const;
 
  private:
@@ -119,7 +120,8 @@ Status CheckSerialPattern(const std::string& pattern);
 /// Error (usage): the experiment of `plan` states a serial number that several of `units` would
 /// get.
 Status CheckSerials(const WorkPlan& plan, const std::vector<UnitOrder>& units);
-/// The same for the units of a watch, unless the pattern gives each its serial number.
+/// CheckSerials for a watch, whose units are not known yet. No error if the pattern gives each unit
+/// its own serial number.
 Status CheckSerialsToCome(const WorkPlan& plan, const std::string& serial_pattern);
 
 /// Sets a unit's serial number from its log's name, unless it is known or `pattern` is empty.

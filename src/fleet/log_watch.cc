@@ -59,7 +59,7 @@ class LogWatch : public OrderSource {
       is_failing_ = !status;
     }
     if (IsIdle()) {
-      // A missing file is not expected any more; the run will report it.
+      // A file that is still missing is no longer waited for; the run will report it.
       std::erase_if(waiting_, [&](const auto& item) {
         const bool is_given = item.second.lacks_file && !item.second.is_written;
         if (is_given) Give(item.first);
@@ -69,8 +69,8 @@ class LogWatch : public OrderSource {
     return {};
   }
 
-  /// Searches the folder and returns whether it could be read. Gives all logs that have no run and
-  /// are unchanged since the last look; records the others that have no run.
+  /// Searches the folder and returns whether it could be read. Queues all logs that have no run and
+  /// are unchanged since the last look; records the other logs that have no run.
   Status LookAround() {
     const Clock::time_point begin = Clock::now();
     std::map<std::string, State> found;
@@ -97,7 +97,7 @@ class LogWatch : public OrderSource {
       }
     });
     waiting_ = std::move(found);
-    constexpr double kMostOfTime = 1.0 / 20.0;  // Share of looks; units need the rest.
+    constexpr double kMostOfTime = 1.0 / 20.0;  // Looks may take this share of the time.
     const Clock::time_point end = Clock::now();
     wait_ = std::max(least_wait_, Seconds(end - begin) / kMostOfTime);
     next_look_ = end + std::chrono::duration_cast<Clock::duration>(wait_);
@@ -116,7 +116,7 @@ class LogWatch : public OrderSource {
         continue;
       }
       if (!named && named.error().code == ErrorCode::kInvalidValue) {
-        tell_(named.error().message);  // No store accepts this serial.
+        tell_(named.error().message);  // No store accepts this name.
         done_.Add(log, *stamp, "", {});
         given_.erase(log);
         continue;
@@ -133,7 +133,7 @@ class LogWatch : public OrderSource {
   }
 
   bool HasEnded() const override {
-    // A log without a writer is given at one of the next looks.
+    // A log to which no process writes will be queued at one of the next looks.
     return IsIdle() && std::all_of(waiting_.begin(), waiting_.end(), [](const auto& item) {
              return item.second.is_written;
            });
@@ -152,7 +152,7 @@ class LogWatch : public OrderSource {
 
   bool IsQuiet() const override {
     if (!options_.until_idle_s) return false;
-    // A new log is given at the second look after its arrival.
+    // A new log is queued at the second look after its arrival.
     constexpr double kLooks = 3.0;
     const Seconds idle = Clock::now() - last_change_;
     return idle.count() > std::max(*options_.until_idle_s, kLooks * wait_.count());
@@ -181,7 +181,7 @@ class LogWatch : public OrderSource {
 
   /// The state of a log at a look.
   struct State {
-    LogStamp stamp;           ///< The log is given if this stays the same.
+    LogStamp stamp;           ///< The log is queued if this stays the same.
     bool is_written = false;  ///< A process writes to the log or a file that it names.
     bool lacks_file = false;  ///< A file that the log names is missing.
   };
@@ -237,9 +237,10 @@ class LogWatch : public OrderSource {
   std::map<std::string, State> waiting_;        ///< By log, as at the last look.
   std::map<fs::path, LogStamp> folder_states_;  ///< States of folders at this look.
   std::deque<std::string> ready_;
-  std::set<std::string> given_;                               ///< Logs given and not finished.
-  std::unordered_map<std::size_t, std::size_t> log_of_name_;  ///< Hash of first log, by name hash.
-  std::unordered_set<std::size_t> table_folders_;  ///< Hashes of folders that gave a table.
+  std::set<std::string> given_;  ///< Logs queued and not finished.
+  std::unordered_map<std::size_t, std::size_t>
+      log_of_name_;                                ///< By hash of a name: hash of its first log.
+  std::unordered_set<std::size_t> table_folders_;  ///< Hashes of folders whose tables were queued.
   /// Hashes of logs that were run in this watch, and of those that need no run.
   std::unordered_set<std::size_t> finished_, skipped_;
   bool is_failing_ = false;  ///< The folder cannot be read.

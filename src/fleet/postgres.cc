@@ -73,7 +73,7 @@ enum Type : Oid {
 };
 constexpr std::array<Oid, 7> kNumbers = {kBool, kInt8, kInt2, kInt4, kFloat4, kFloat8, kNumeric};
 
-/// The cell in SQLite's notation: 1 for true, bytes without \x.
+/// The cell in the notation that SQLite uses: 1 for true, bytes without the prefix \x.
 std::string CellText(const char* value, Oid type) {
   if (type == kBool) return value[0] == 't' ? "1" : "0";
   return type == kBytes ? value + 2 : value;
@@ -138,8 +138,8 @@ class PostgresDatabase : public Database {
   PostgresDatabase(const Libpq& libpq, std::string options, std::string name)
       : libpq_(libpq), options_(std::move(options)), name_(std::move(name)) {}
 
-  /// Connects and, to write, creates missing tables. If the connection is lost after this call, it
-  /// is reopened for up to `patience`.
+  /// Connects and, if `access` is kWrite, creates missing tables. If the connection is lost after
+  /// this call, it is reopened for up to `patience`.
   Status Open(Access access, Seconds patience) {
     bool has_tables = false;
     TRUETRIAD_RETURN_IF_ERROR(Transact(Access::kRead, [&]() -> Status {
@@ -256,7 +256,8 @@ class PostgresDatabase : public Database {
   }
 
  private:
-  /// Whether an SQLSTATE blames the query itself: syntax and names, features, values, writing.
+  /// Whether an SQLSTATE means that the query itself is wrong: its syntax, names, features or
+  /// values, or that it writes.
   static bool IsOfTheQuestion(std::string_view state) {
     return state.starts_with("42") || state.starts_with("0A") || state.starts_with("22") ||
            state.starts_with("25");
@@ -268,7 +269,8 @@ class PostgresDatabase : public Database {
   Status Connect() {
     connection_ = Connection(libpq_.connectdb(options_.c_str()), libpq_.finish);
     if (libpq_.status(connection_.get()) != CONNECTION_OK) return Failed("");
-    // Commits wait for the disk, even if the server's default is less. Notices do not go to stderr.
+    // Commits wait for the disk, even if the server's default is not to wait. The server's notices
+    // are not printed to stderr.
     return Done(
         "SET client_min_messages TO error; SELECT set_config('synchronous_commit', 'on', false) "
         "WHERE current_setting('synchronous_commit') IN ('off', 'local')");
@@ -281,7 +283,7 @@ class PostgresDatabase : public Database {
     TRUETRIAD_RETURN_IF_ERROR(Done(to_read ? "BEGIN READ ONLY" : "BEGIN"));
     const Status status = work();
     if (status && !to_read) return Done("COMMIT");
-    // A reading transaction keeps nothing, whatever functions it calls.
+    // A transaction that only reads is rolled back, so that functions that it calls change nothing.
     libpq_.clear(libpq_.exec(connection_.get(), "ROLLBACK"));
     return status;
   }

@@ -29,15 +29,16 @@ namespace {
 /// "recording" or "file". Runs are ordered by this time, runs without a time first. Runs of the
 /// same second, and runs without a time, are ordered by name, that is by the time of calibration.
 ///
-/// `standing` has the current run of each unit, chosen among the newest runs of its recordings. (By
-/// the cross join, SQLite chooses once for each unit, not once for each run.) Recordings are
-/// ordered by time of measurement: the time that the newest list states, or, without a list, that
-/// of the recording's first run. This time is `recorded`; `before` is the number of earlier
-/// recordings. A unit with one run costs about ten microseconds, one with 200 runs about ten
-/// milliseconds. A concession holds only for the recording of its run and the limits missed there.
-/// A refusal holds for all recordings but those first calibrated and also measured after it. Only a
-/// time by a recording's own clock or a list shows this: a file's time is that of its last copy.
-/// (In an export of current runs only, a decision may name a run later than itself.)
+/// `standing` has the current run of each unit. Only the newest run of each recording can be the
+/// current run. (The cross join makes SQLite choose once for each unit, not once for each run.)
+/// Recordings are ordered by time of measurement: the time that the newest list states, or, without
+/// a list, that of the recording's first run. This time is `recorded`; `before` is the number of
+/// earlier recordings. A unit with one run costs about ten microseconds, one with 200 runs about
+/// ten milliseconds. A concession holds only for the recording of its run and for the limits missed
+/// there. A refusal holds for all recordings except those that were first calibrated and also
+/// measured after it; their time of measurement must be by the recording's own clock or a list,
+/// since a file's time may be that of its last copy. (In an export of current runs only, a decision
+/// may name a run that was made after the decision.)
 constexpr std::string_view kViews = R"sql(
 CREATE INDEX run_of_unit ON run (serial, run, verdict);
 CREATE INDEX run_of_log ON run (log, run);
@@ -189,7 +190,7 @@ constexpr std::string_view kRecordings =
 constexpr std::string_view kSaidBy =
     "(SELECT its.said_by FROM {recordings} AS its WHERE its.run = run.run)";
 
-/// The columns of `run` within `standing`.
+/// The columns of `run` as `standing` selects them.
 std::string StandingRunColumns() {
   std::string columns;
   const UnitRun none;

@@ -46,7 +46,7 @@ const std::vector<Column>& FixedColumns() {
 /// The table of a store's runs, all with the same columns.
 class RunTable {
  public:
-  /// Reads which parameters and judgements the store has: these are columns.
+  /// Reads which parameters and judgements the store has: each of them gets a column.
   static Result<RunTable> Of(Store& store) {
     RunTable table;
     table.columns_ = FixedColumns();
@@ -110,7 +110,8 @@ class RunTable {
   }
 
   std::vector<Column> columns_;
-  /// Indices of columns of judgements and of parameter values; the sigma follows its value.
+  /// The index of the column of each judgement and of each parameter's value, after which its sigma
+  /// follows.
   std::map<std::string, std::size_t> places_;
 };
 

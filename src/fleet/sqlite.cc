@@ -51,7 +51,7 @@ class SqliteDatabase : public Database {
  public:
   explicit SqliteDatabase(std::string path) : path_(std::move(path)) {}
 
-  /// Opens the file; for writing, also creates tables. `is_passing`: opens a temporary one.
+  /// Opens the file; for writing, also creates tables. `is_passing`: opens a temporary database.
   Status Open(Access access, bool is_passing = false) {
     const bool to_read = access == Access::kRead;
     const int flags = to_read ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
@@ -88,7 +88,7 @@ class SqliteDatabase : public Database {
     TRUETRIAD_RETURN_IF_ERROR(Execute(access == Access::kRead ? "BEGIN" : "BEGIN IMMEDIATE"));
     Status status = work();
     if (status) status = Execute("COMMIT");
-    // After some failures SQLite has already rolled back.
+    // After some failures SQLite has already rolled back; then this fails, which does no harm.
     if (!status) sqlite3_exec(database_.get(), "ROLLBACK", nullptr, nullptr, nullptr);
     return status;
   }

@@ -342,7 +342,7 @@ Result<StoreHeader> Store::Header() {
   const std::optional<Shard> last = ShardFromText("0/" + stated);
   if (!last) {
     return Error(ErrorCode::kStoreFailure,
-                 "its fact `shards` is `" + stated +
+                 "its table `fact` states that `shards` is `" + stated +
                      "`, not a number of shards; the store has been changed by another program");
   }
   header.shards.count = last->count;
@@ -352,9 +352,9 @@ Result<StoreHeader> Store::Header() {
 Status Store::StateRetestPolicy(const RetestPolicy& policy) {
   constexpr std::int64_t kMost = 1'000'000;  // Chosen: above any real count.
   if (policy.most && (*policy.most < 0 || *policy.most > kMost)) {
-    return Error(
-        ErrorCode::kInvalidArgument,
-        "--retest-most: expected 0 to " + std::to_string(kMost) + " recordings after the first");
+    return Error(ErrorCode::kInvalidArgument,
+                 "--retest-most: expected a number of recordings after the first, 0 to " +
+                     std::to_string(kMost));
   }
   const bool has_none = lines_ && lines_->HasBegun() && !lines_->header().policy;
   if (has_none && policy != RetestPolicy()) {
@@ -481,7 +481,7 @@ Status Store::CheckReadings(const Disposition& disposition) {
   // A refusal takes the readings back only if it states that the serial number was right.
   const bool takes_back = disposition.wrong_serial.has_value();
   if (disposition.verdict == Verdict::kFail && (given_up.empty() || !takes_back)) return {};
-  // The run itself has no readings if it was refused before they were read.
+  // If the run was refused before its readings were read, another run of the recording has them.
   UnitRun own;
   own.serial = disposition.serial;
   TRUETRIAD_ASSIGN_OR_RETURN(
@@ -503,11 +503,13 @@ Status Store::CheckReadings(const Disposition& disposition) {
             ", whose serial number was wrong; measure the unit, or, if the number was right, "
             "state this by --wrong-serial=false");
   }
-  return Error(ErrorCode::kConflictingArguments,
-               "unit `" + disposition.serial + "` cannot be `" +
-                   std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
-                   ": its readings count for unit `" + holder->serial + "` (run " + holder->id +
-                   ", " + holder->log + "); first refuse that unit with --wrong-serial");
+  return Error(
+      ErrorCode::kConflictingArguments,
+      "unit `" + disposition.serial + "` cannot be `" +
+          std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
+          ": its readings belong to unit `" + holder->serial + "` (run " + holder->id + ", " +
+          holder->log +
+          "); first state for that unit that its serial number was wrong (--wrong-serial)");
 }
 
 Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& counting) {
@@ -523,7 +525,7 @@ Status Store::CheckIsOfUnit(const Disposition& disposition, const std::string& c
   return Error(ErrorCode::kConflictingArguments,
                "unit `" + disposition.serial + "` cannot be `" +
                    std::string(VerdictName(disposition.verdict)) + "` by run " + disposition.run +
-                   ": run " + counting + " counts");
+                   ", since the current run is " + counting);
 }
 
 Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_given_up) {
@@ -542,7 +544,7 @@ Result<std::string> Store::OnlyRecording(const std::string& serial, bool is_give
   }
   return Error(ErrorCode::kMissingArgument,
                "unit `" + serial + "` has several recordings" +
-                   (is_given_up ? " that were given up" : "") +
+                   (is_given_up ? " with a wrong serial number" : "") +
                    "; name with --run the one whose serial number was " +
                    (is_given_up ? "right: " : "wrong: ") + runs);
 }

@@ -28,14 +28,14 @@ struct Shard {
 };
 inline constexpr int kMostShards = 1'000'000;  // Chosen: above any real count; more is rejected.
 
-/// Reads "2/8", index and count; empty: the only shard. Unset: the text or its numbers are invalid.
+/// Reads "2/8", index and number of shards; empty: the only shard. Unset: the text is invalid.
 std::optional<Shard> ShardFromText(std::string_view text);
 /// The inverse of ShardFromText.
 std::string ShardText(const Shard& shard);
 
 /// A field of a row as text; unset: NULL.
 using Cell = std::optional<std::string>;
-/// The number in a field; `otherwise` for NULL and for other texts.
+/// The number in a field; `otherwise` if the field is NULL or not a number.
 template <typename Number>
 Number NumberOf(const Cell& cell, Number otherwise) {
   if (cell) std::from_chars(cell->data(), cell->data() + cell->size(), otherwise);
@@ -158,7 +158,7 @@ struct RetestPolicy {
   /// Applies to the runs that `most` admits. kBest takes the run with the best verdict, by the
   /// order of the enumeration Verdict; of several such runs, the last one.
   RetestCounts counts = RetestCounts::kLast;
-  /// How many recordings after the first may count, 0 to a million; unset: all of them.
+  /// How many recordings after the first may decide the verdict, 0 to a million; unset: all.
   std::optional<std::int64_t> most;
 
   bool operator==(const RetestPolicy&) const = default;
@@ -192,9 +192,10 @@ class Store {
 
   /// Adds a run, which is on disk on return. A run already in a database is not added again.
   Status Add(const UnitRun& run) { return AddAll({&run, 1}); }
-  /// The same for several runs, which is faster.
+  /// Adds several runs, which is faster than one after another.
   Status AddAll(std::span<const UnitRun> runs);
-  // Unless they state otherwise, functions below fill only columns of `run` in UnitRun, no lists.
+  // Unless stated otherwise, the functions below fill only those fields of UnitRun that are columns
+  // of the table `run`.
 
   /// Whether a run of this name exists.
   Result<bool> Has(const std::string& run);
@@ -208,13 +209,14 @@ class Store {
   Result<std::vector<UnitRun>> RunsGivenUp();
   /// Calls `take` with the last run of each log and its tags.
   Status ForEachLastRun(const std::function<void(const UnitRun&)>& take);
-  /// States the shard of further runs; the first call fixes the number of shards. Error (usage):
-  /// the store has another number, or is a file of runs of another shard.
+  /// States the shard to which further runs belong; the first call fixes the store's number of
+  /// shards. Error (usage): the store has another number of shards, or is a file of runs of another
+  /// shard.
   Status StateShard(const Shard& shard);
   /// Sets the rule for a unit's current run; the first call fixes it. Error (usage): the store has
-  /// another policy, the policy is invalid, or a file of runs began without a policy.
+  /// another policy, the policy is invalid, or a file of runs was begun without a policy.
   Status StateRetestPolicy(const RetestPolicy& policy);
-  /// The last FAIL run of the unit of `run`, if no good run other than `run` is later; else empty.
+  /// The unit's last run with FAIL; empty: there is none, or a good run other than `run` is later.
   Result<std::string> FailedSinceGood(const UnitRun& run);
   Result<StoreHeader> Header();
   /// By name, the runs of one unit for which a person stated that their serial number was wrong.
@@ -235,12 +237,12 @@ class Store {
   /// run, or, if it states `wrong_serial`, about the unit's only recording. It gets a name later
   /// than all runs of the unit and all decisions. An error changes nothing. Error (usage): there is
   /// no such unit or run; `wrong_serial` could be about several recordings; the unit would be good
-  /// by a run that was given up, does not count or has no result; the run's readings count for
-  /// another unit.
+  /// by a run that has a wrong serial number, is not current or has no result; the run's readings
+  /// belong to another unit.
   Result<Disposition> Dispose(const Disposition& disposition);
-  /// Adds a check, with a later name if the clock has gone back. If another check decides the
-  /// golden unit's state at the station, returns that check: only the first check of a recording
-  /// counts, and the last recording decides.
+  /// Adds a check. If the clock has gone back, the check gets a later name. If another check
+  /// decides the golden unit's state at the station, returns that check: only the first check of a
+  /// recording counts, and the last recording decides.
   Result<std::optional<StationCheck>> AddStationCheck(const StationCheck& check);
   /// The valid checks by time of measurement: all, or the last of each golden unit at one station.
   Result<std::vector<StationCheck>> StationChecks();
@@ -263,7 +265,7 @@ class Store {
   /// memory does not grow with their number. Further errors: those of `take`; (usage) the condition
   /// is invalid.
   Status ForEachRun(const RunSelection& which, const std::function<Status(UnitRun)>& take);
-  /// Those of the named runs that exist, with all lists.
+  /// Those of the named runs that exist, with all their fields.
   Result<std::vector<UnitRun>> ReadRuns(const std::vector<std::string>& runs);
   /// Runs `work`, which uses this store, in one transaction; an error or exception undoes all of
   /// it. If the connection is lost, it is reopened and `work` is called again.
@@ -274,17 +276,19 @@ class Store {
   /// Adds the facts `stated`, or none if the first of them exists, and returns all facts.
   Result<StoreFacts> StateFacts(
       const std::vector<std::pair<std::string_view, std::string>>& stated);
-  /// Inserts the rows of a run unless it exists. In a transaction.
+  /// Inserts the rows of a run unless it exists. Must be called in a transaction.
   Status InsertRun(const UnitRun& run);
-  /// Error (usage): the decision relies on a run whose readings count for another unit or whose
+  /// Error (usage): the decision relies on a run whose readings belong to another unit or whose
   /// serial number was wrong.
   Status CheckReadings(const Disposition& disposition);
-  /// Error (usage): the run is not the unit's, or a run other than `counting` would be conceded.
+  /// Error (usage): the run is not the unit's, or a run other than the current one, `counting`,
+  /// would be conceded.
   Status CheckIsOfUnit(const Disposition& disposition, const std::string& counting);
-  /// The last run of the unit's only recording that has a result and was given up (`is_given_up`)
-  /// or was not; empty: there is none. Error (usage): there are several such recordings.
+  /// The last run of the unit's only recording with a result. `is_given_up`: considers only
+  /// recordings with a wrong serial number, otherwise only the others. Empty: there is none. Error
+  /// (usage): there are several.
   Result<std::string> OnlyRecording(const std::string& serial, bool is_given_up);
-  /// Inserts rows and returns the number of new ones. In a transaction.
+  /// Inserts rows and returns the number of new ones. Must be called in a transaction.
   Result<std::int64_t> Insert(const TableRows& rows);
   /// Makes `id` greater than `other` and all names in a table. False: the table has `id` already.
   Result<bool> MakeLast(const std::string& table, const std::string& other, std::string* id);
@@ -327,8 +331,8 @@ Result<std::unique_ptr<Store>> OpenStore(const std::string& url);
 /// overwrite the file of the store either.
 Result<std::unique_ptr<Store>> OpenStoreToRead(const std::string& url);
 
-/// Error (bad input): the path is no regular file but, for example, a pipe, which would never end;
-/// it is to be read and does not exist; it is to be written and its folder cannot be created.
+/// Error (bad input): the path is not a regular file (reading a pipe would never end); the file is
+/// to be read and does not exist; the file is to be written and its folder cannot be created.
 Status CheckStoreFile(const std::string& path, Access access);
 
 /// The file of a store; unset: a server keeps it.
@@ -352,10 +356,10 @@ std::string ShownPostgres(const std::string& url);
 /// Whether `name` has the form of NewRunId with a valid time.
 bool IsRunId(std::string_view name);
 
-/// Error: the run's name or a time is invalid, or its name is after 2200; it is good but misses a
-/// limit, or FAIL but misses none; the serial number is empty, longer than 1000 bytes or has a NUL;
-/// a path has a NUL; a number is not finite, or negative where it must not be; a parameter occurs
-/// twice, or the covariance has another size.
+/// Error: the run's name or a time is invalid, or its name is after 2200; the run is good but
+/// misses a limit, or is FAIL but misses none; the serial number is empty, longer than 1000 bytes
+/// or has a NUL; a path has a NUL; a number is not finite, or negative where it must not be; a
+/// parameter occurs twice, or the covariance has another size.
 Status CheckRun(const UnitRun& run);
 
 /// Error: the name, time or run of the decision is invalid, or CheckDisposition has an error.

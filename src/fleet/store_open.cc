@@ -130,8 +130,8 @@ Status CheckDisposition(const Disposition& disposition) {
   std::string verdicts;
   if (disposition.GivesUp() && disposition.verdict != Verdict::kFail) {
     return Error(ErrorCode::kConflictingArguments,
-                 "a run with a wrong serial number did not measure the unit, so only `FAIL` is "
-                 "possible");
+                 "a run with a wrong serial number did not measure this unit, so its only possible "
+                 "verdict is `FAIL`");
   }
   for (const Verdict verdict : kVerdictsOfPeople) {
     if (verdict == disposition.verdict) return {};
@@ -266,7 +266,8 @@ std::string InWords(std::string_view text) {
 }
 
 Status CheckName(std::string_view name) {
-  // New names are later than all others, so a name of the year 9999 would leave no later ones.
+  // A new name must be later than all others, and after a name of the year 9999 there is no later
+  // one.
   constexpr std::string_view kTooLate = "2201";
   if (IsRunId(name) && name < kTooLate) return {};
   return Wrong("its name is " + InWords(name) +

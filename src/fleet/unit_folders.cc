@@ -71,8 +71,8 @@ std::vector<fs::path> UnfinishedSince(const std::string& units, fs::file_time_ty
   return found;
 }
 
-/// Removes those of the folders whose run was for `store` (its mark is `name`), which lacks the
-/// run. False: the store fails.
+/// Removes each folder whose run was to be added to `store` (whose mark is `name`) but is not in
+/// this store. False: the store fails.
 bool Sweep(const std::vector<fs::path>& unfinished, Store& store, const std::string& name) {
   for (const fs::path& folder : unfinished) {
     if (StoreOf(folder).value_or(name) != name) continue;
@@ -216,14 +216,14 @@ Decision OfPerson(const Standing& unit) {
 /// Precedes the name of a run in the field `who` of a decision.
 constexpr std::string_view kRunWord = "run ";
 
-/// The decision, for files of other runs, that the unit may not be delivered: its current run is
-/// not good.
+/// The decision that the unit may not be delivered, since its current run is not good. It is for
+/// the files of the unit's other runs.
 Decision OfRunThatCounts(const Standing& unit) {
   return {.verdict = Verdict::kFail,
           .who = std::string(kRunWord) + unit.run,
           .why = unit.final_verdict == Verdict::kNoResult
-                     ? "that run of the unit counts, and has no calibration"
-                     : "that run of the unit counts, and is FAIL",
+                     ? "it is the unit's current run, and has no calibration"
+                     : "it is the unit's current run, and is FAIL",
           .created = TimestampUtc(),
           .is_automatic = true};
 }
@@ -278,7 +278,7 @@ Result<std::vector<std::string>> Agree(const fs::path& folder, const Standing& u
 /// Why a unit that is not good may not be delivered.
 std::string WhyHeldBack(const Standing& unit) {
   if (unit.disposed_by.empty()) {
-    return "run " + unit.run + " counts, and is " + std::string(VerdictWords(unit.final_verdict));
+    return "its current run " + unit.run + " is " + std::string(VerdictWords(unit.final_verdict));
   }
   return unit.disposed_by + " refused the unit (" + unit.disposed_why + ")";
 }
@@ -291,12 +291,13 @@ std::vector<std::string> Agreement::Notes(const std::string& serial) const {
     notes.push_back(serial + ": " + std::to_string(withdrawn.size()) +
                     (withdrawn.size() == 1 ? " exported file is" : " exported files are") +
                     " renamed to *.withdrawn" +
-                    (why.empty() ? ", since another verdict holds; export again what is needed"
-                                 : ", since " + why));
+                    (why.empty()
+                         ? ", since the unit's verdict has changed; export again what is needed"
+                         : ", since " + why));
   }
   for (const Unreached& one : unreached) {
     notes.push_back(serial + ": " + one.error.message + (why.empty() ? "" : "; " + why) +
-                    "; `export` of these files ignores this");
+                    "; `export` of these files does not notice the unit's verdict");
   }
   return notes;
 }
@@ -366,7 +367,7 @@ std::optional<HeldByStore> WhatStoreHolds(const fs::path& folder, const Calibrat
   const bool is_refused =
       !held.decisions.empty() && held.decisions.back().verdict == Verdict::kFail;
   if (is_refused || calibration.decisions.empty()) return held;
-  // This store may have been collected into another one, whose later decisions the files have.
+  // The files may have later decisions from another store, into which this store was collected.
   const Decision& last = calibration.decisions.back();
   bool is_of_another =
       counts && ((*unit)->disposed_by.empty() || last.created > (*unit)->disposed_at);

@@ -12,8 +12,9 @@
 
 namespace truetriad::fleet {
 
-/// Creates the folder of a run's files. Its mark states that it is unfinished, and to which `store`
-/// the run will be added (WorkPlan::StoreMark). Error (bad input): it cannot be created.
+/// Creates the folder of a run's files. A mark in the folder states that the folder is unfinished,
+/// and to which `store` the run will be added (WorkPlan::StoreMark). Error (bad input): it cannot
+/// be created.
 Status BeginFolder(const std::string& folder, const std::string& store);
 /// Removes the folder and its files; the mark of an unfinished folder is removed last. So if the
 /// removal is interrupted, the folder still counts as unfinished.
@@ -33,13 +34,13 @@ Status RenameFolder(const std::string& name, std::string* folder);
 class FolderClaim {
  public:
   /// Shares `units`, the folder of units' folders, with other processes. If no other process uses
-  /// it, unfinished folders are removed first: those of runs for `store` (`name` is its
-  /// WorkPlan::StoreMark) that the store lacks, in folders of units that have changed since the
-  /// last such search. Error (bad input): `units` cannot be written to.
+  /// `units`, unfinished folders are removed first if their run was meant for `store` (`name` is
+  /// its WorkPlan::StoreMark) but is not in it. Only folders of units that have changed since the
+  /// last such search are examined. Error (bad input): `units` cannot be written to.
   static Result<FolderClaim> Share(const std::string& units, Store& store, const std::string& name);
   /// Locks `folder`, or one shard's part of it, exclusively for a process that skips finished
   /// units: two such processes would calibrate the same units. Error (bad input): another process
-  /// has it.
+  /// has this lock.
   static Result<FolderClaim> TakeAlone(const std::string& folder, const Shard& shard = {});
 
   /// Waits for the lock on `folder`, whose files several processes may change. If locking is not
@@ -64,11 +65,11 @@ struct Unreached {
 
 /// The result of making the files of a unit's runs agree with the store.
 struct Agreement {
-  std::string why;                     ///< "run X counts, and is FAIL"; empty: deliverable.
+  std::string why;                     ///< "its current run X is FAIL"; empty: deliverable.
   std::vector<std::string> withdrawn;  ///< New names of withdrawn exports (WithdrawExports).
   std::vector<Unreached> unreached;    ///< Runs whose files could not be changed.
 
-  /// The unit may not be delivered, but some of its calibrations do not state this.
+  /// Whether the unit may not be delivered, but some of its calibrations do not state this.
   bool IsUnsafe() const { return !why.empty() && !unreached.empty(); }
   /// Sentences for the user.
   std::vector<std::string> Notes(const std::string& serial) const;
@@ -98,9 +99,9 @@ struct HeldByStore {
   std::vector<Decision> decisions;
 };
 /// Asks the store beside the units about the run of `folder`; unset: no such store has the run. The
-/// files may lack a decision that was made when they could not be reached. They may also have one
-/// that only another store knows: then a refusal by either holds; without one, for a current run,
-/// the last decision.
+/// files may lack a decision that was made while they could not be reached, and may have a decision
+/// that only another store knows. A refusal by the store or the files holds. Without a refusal, the
+/// last decision holds if the run is current.
 std::optional<HeldByStore> WhatStoreHolds(const std::filesystem::path& folder,
                                           const Calibration& calibration);
 

@@ -90,7 +90,7 @@ Status CheckHeader(const std::vector<std::string>& header, const FilePlace& plac
     return Error(
         ErrorCode::kUnknownColumn,
         place,
-        "`" + header.front() + "` is not the header of a list: commas must separate its columns");
+        "`" + header.front() + "` is not a valid header of a list: separate its columns by commas");
   }
   const std::vector<std::string_view> known = ListColumns();
   for (auto column = header.begin(); column != header.end(); ++column) {
@@ -122,21 +122,23 @@ std::string PlaceOfLog(const fs::path& log) {
 }
 
 /// The time of measurement in a line of a list. Error: it is not a time, or it is in the future:
-/// then no later run would count.
+/// then no later run could become current.
 Result<std::string> RecordedIn(const std::string& text, const FilePlace& place) {
   constexpr double kDayS = 86400.0;  // A clock may have another time zone.
   const double seconds = line::SecondsOf(text);
   if (std::isnan(seconds)) {
-    return Error(ErrorCode::kInvalidValue,
-                 place,
-                 "recorded is `" + text +
-                     "`, expected when the unit was measured, as in 2026-11-24T06:00:00Z or "
-                     "2026-11-24T07:00+01:00");
+    return Error(
+        ErrorCode::kInvalidValue,
+        place,
+        "recorded is `" + text +
+            "`; expected the time at which the unit was measured, as in 2026-11-24T06:00:00Z or "
+            "2026-11-24T07:00+01:00");
   }
   if (seconds > static_cast<double>(std::time(nullptr)) + kDayS) {
-    return Error(ErrorCode::kValueOutOfRange,
-                 place,
-                 "recorded is `" + text + "`, which is in the future; correct it, or this clock");
+    return Error(
+        ErrorCode::kValueOutOfRange,
+        place,
+        "recorded is `" + text + "`, which is in the future; correct it, or this computer's clock");
   }
   return line::MomentOf(static_cast<std::int64_t>(seconds));
 }
@@ -197,10 +199,10 @@ Status AddList(const fs::path& path, std::vector<UnitOrder>* units) {
     }
     CsvLine fields = FieldsOf(line);
     if (fields.ends_in_quotes) {
-      return Error(
-          ErrorCode::kWrongFormat,
-          place,
-          "a quotation mark is left open; close it, and double each that is part of a name");
+      return Error(ErrorCode::kWrongFormat,
+                   place,
+                   "a quotation mark is not closed; close it, and double each quotation mark "
+                   "inside a field");
     }
     if (header.empty()) {
       TRUETRIAD_RETURN_IF_ERROR(CheckHeader(fields.texts, place));
@@ -301,7 +303,8 @@ std::optional<std::string> SerialIn(std::string_view name, std::string_view patt
   return std::nullopt;
 }
 
-/// Error (usage): the experiment of `plan` states a serial number, which all of `whose` would get.
+/// Error (usage): the experiment of `plan` states a serial number, which several units would get;
+/// `whose` names these units in the message.
 Status RefuseSerial(const WorkPlan& plan, const std::string& whose) {
   TRUETRIAD_ASSIGN_OR_RETURN(const Experiment experiment, ExperimentOfAll(plan));
   if (experiment.serial.empty()) return {};
@@ -369,11 +372,13 @@ Status TakeSerial(const std::string& pattern, UnitOrder* unit) {
     if (!serial || *serial == unit->serial) return {};
     return Error(ErrorCode::kOtherDevice,
                  {unit->serial_from},
-                 "states serial number `" + unit->serial + "`, but by --serial=" + pattern + " " +
-                     unit->log + " is of unit `" + *serial + "`; correct the one that is wrong");
+                 "states serial number `" + unit->serial + "`, but --serial=" + pattern +
+                     " gives " + unit->log + " the number `" + *serial +
+                     "`; correct the wrong one");
   }
   if (!serial) {
-    return Error(ErrorCode::kDoesNotMatch, {unit->log}, "is not named like --serial=" + pattern);
+    return Error(
+        ErrorCode::kDoesNotMatch, {unit->log}, "does not match the pattern --serial=" + pattern);
   }
   unit->serial = *serial;
   unit->serial_from = "--serial=" + pattern;

@@ -32,7 +32,7 @@ std::vector<LimitCheck> ByComponent(const std::vector<LimitCheck>& limits) {
     one.components.clear();
     if (check.components.empty()) list.push_back(one);
     for (const LimitComponent& own : check.components) {
-      // As in the check, `component` is empty if the name includes it.
+      // As in `check`, `component` is empty if the name includes the component.
       one.component = check.component.empty() ? "" : own.component;
       one.worst = own.value, one.sigma = own.sigma, one.outside = own.outside, one.pass = own.pass;
       list.push_back(one);
@@ -86,7 +86,7 @@ std::string RunIdAt(std::int64_t us) {
 }  // namespace
 
 const RunCode* RunCodeOf(std::string_view code) {
-  // After a colon any name may follow.
+  // A code may end with a colon and any name, which are ignored here.
   const auto kind_of = [](std::string_view name) { return name.substr(0, name.find(':')); };
   const auto found = std::ranges::find_if(
       kRunCodes, [&](const RunCode& one) { return kind_of(one.name) == kind_of(code); });
@@ -170,7 +170,7 @@ Finding FindingFrom(const Json& json) {
 
 std::string ReasonOf(const Standing& unit) {
   const std::string verdict(VerdictWords(unit.final_verdict));
-  if (unit.disposed_by.empty()) return verdict + " by run " + unit.run + ", which counts";
+  if (unit.disposed_by.empty()) return verdict + " by its current run " + unit.run;
   return verdict + " by " + unit.disposed_by + " (" + unit.disposed_why + ")";
 }
 

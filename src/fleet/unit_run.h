@@ -106,21 +106,21 @@ struct UnitRun {
 
 /// A unique name of a run. It is greater than earlier ones unless the clock has gone back.
 std::string NewRunId();
-/// The same, greater than `id` whatever the clock says.
+/// A unique name that is greater than `id`, whatever the clock says.
 std::string NewRunIdAfter(const std::string& id);
 
 /// Sets the fields that follow from a calibration, or from an error if there is none.
 void Fill(const Calibration& calibration, UnitRun* run);
 void Fill(const Error& error, UnitRun* run);
 
-/// Writes a run as a line of JSON, in which numbers keep every bit; and reads such a line.
+/// A run as a line of JSON, in which numbers keep every bit.
 std::string LineOf(const UnitRun& run);
-/// Error (bad input): the line is not a run.
+/// Reads a line that LineOf made. Error (bad input): the line is not a run.
 Result<UnitRun> ReadLine(std::string_view line);
 
 /// Sets the tag of this name ("lot", "part"), if there is one.
 void SetTag(std::string_view name, const std::string& value, Tags* tags);
-/// JSON of the tags that are set, by their names; and the tags of such JSON.
+/// The tags that are set as JSON, by their names; and the tags that such JSON states.
 Json JsonOf(const Tags& tags);
 Tags TagsFrom(const Json& json);
 
@@ -134,7 +134,8 @@ inline Finding WarningOf(const std::string& text) {
   return warning;
 }
 
-/// Reads a finding from the JSON of ToTree. If it is none, throws an exception of the JSON library.
+/// Reads a finding from the JSON of ToTree. If the JSON is not a finding, throws an exception of
+/// the JSON library.
 Finding FindingFrom(const Json& json);
 
 }  // namespace truetriad::fleet

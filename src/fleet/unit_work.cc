@@ -94,8 +94,8 @@ Result<UnitTask> TaskFor(const WorkPlan& plan, const UnitOrder& order) {
   return task;
 }
 
-/// Writes all files of a calibration. If it is not usable, they state why. Error: a file cannot be
-/// written.
+/// Writes all files of a calibration. If the calibration is not usable, the files state why. Error:
+/// a file cannot be written.
 Status WriteFiles(const WorkPlan& plan,
                   const Calibration& calibration,
                   const PoseSet& poses,
@@ -125,9 +125,9 @@ Status AgreeOnStation(const UnitRun& run) {
   if (own.empty() || own == run.tags.station) return {};
   return Error(ErrorCode::kDoesNotMatch,
                {run.log},
-               "states station `" + own + "`, but the unit is to be of station `" +
-                   run.tags.station +
-                   "` (--tag, list or experiment); correct the one that is wrong");
+               "states station `" + own +
+                   "`, but --tag, the list or the experiment states station `" + run.tags.station +
+                   "` for this unit; correct the wrong one");
 }
 
 void TakeTime(const Recorded& recorded, UnitRun* run) {
@@ -284,7 +284,7 @@ UnitRun Work(const WorkPlan& plan, const UnitOrder& order, void (*before)(const 
   } catch (const std::bad_alloc&) {
     run.verdict = Verdict::kNoResult;  // PASS or FAIL may be set if writing files failed.
     run.code = kMemoryLimit;
-    run.message = order.log + ": needs more memory than the limit of a unit";
+    run.message = order.log + ": needs more memory than a unit may use";
   } catch (const std::exception& failure) {
     Fill(Error(ErrorCode::kSystemFailure, {order.log}, failure.what()), &run);
   }

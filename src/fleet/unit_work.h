@@ -24,7 +24,7 @@ inline constexpr std::string_view kAssetsOfRun = "../../assets";
 struct WorkPlan {
   std::string config_path;  ///< For messages and relative paths; empty: no experiment is given.
   std::string config_text;  ///< The experiment; empty: one that fits the contents of each log.
-  std::vector<std::string> overrides;  ///< As ReadExperiment takes them.
+  std::vector<std::string> overrides;  ///< As for ReadExperiment.
   Tags tags;                           ///< Tags of every unit, from experiment and overrides.
   std::vector<std::string> formats;    ///< Exports: "px4", "c-header".
   bool allows_outside_limits = false;  ///< Exports units outside their limits, too.
@@ -36,8 +36,8 @@ struct WorkPlan {
   std::string shard;              ///< UnitRun::shard.
   std::int64_t memory_bytes = 0;  ///< UnitLimits::bytes; 0: no limit.
 
-  /// Identifies that store by both, since a copy of a store's file has the same store_identity but
-  /// its own runs.
+  /// Identifies that store by identity and name, since a copy of a store's file has the same
+  /// store_identity but its own runs.
   std::string StoreMark() const { return store_identity + ' ' + store_name; }
 };
 
@@ -47,14 +47,14 @@ Status WriteSharedAssets(const std::string& folder);
 /// One unit to be calibrated.
 struct UnitOrder {
   std::string log;
-  std::string serial = {};       ///< Empty: the log states it, or its file name is taken.
+  std::string serial = {};       ///< Empty: as the log states it, or else its file name.
   std::string serial_from = {};  ///< Source of `serial`: "day.csv:3", "--serial=…".
   Tags tags = {};                ///< Stated for this unit alone.
   std::string recorded = {};     ///< Time of measurement by a list; empty: not listed.
   std::string run = {};          ///< UnitRun::id; later units get greater ones.
-  bool shares_name = false;      ///< Another log has the same file name, so it is no serial number.
-  /// The path of the log from the named folder or list, by which shards are assigned. It does not
-  /// depend on spelling or mount point. Workers do not get it.
+  bool shares_name = false;  ///< Another log has this file name, so the name is no serial number.
+  /// The path of the log relative to the folder or list that the user named. Shards are assigned by
+  /// this path, since it does not depend on spelling or mount point. It is not sent to workers.
   std::string place = {};
 };
 
@@ -76,11 +76,12 @@ Result<Experiment> ExperimentOfAll(const WorkPlan& plan);
 Result<std::string> ConfigSha256(const WorkPlan& plan);
 
 /// The data of a run that are known before calibration: id, log with size and time, serial number,
-/// tags and shard. What a recording.yaml states of these is taken from there, even if it is wrong.
+/// tags and shard. A serial number or tag that the order and the plan do not state is taken from a
+/// recording.yaml that states it, even if this file has errors.
 UnitRun RunOf(const WorkPlan& plan, const UnitOrder& order);
 
-/// Calibrates one unit and writes its files; the run states any failure. `before` is called first,
-/// and its failure counts as one of the unit.
+/// Calibrates one unit and writes its files; the run states any failure. `before` is called first;
+/// if it fails, the unit fails.
 UnitRun Work(const WorkPlan& plan,
              const UnitOrder& order,
              void (*before)(const UnitOrder& order) = nullptr);
@@ -92,7 +93,7 @@ std::string PercentEncoded(std::string_view text, std::string_view plain);
 /// and a long name is cut and gets its hash.
 std::string FolderNameOf(std::string_view serial);
 
-/// Writes a plan or order as one line of JSON, and reads such a line.
+/// A plan or order as one line of JSON, and functions that read such a line.
 std::string LineOf(const WorkPlan& plan);
 std::string LineOf(const UnitOrder& order);
 Result<WorkPlan> ReadPlan(std::string_view line);

@@ -100,7 +100,7 @@ std::string HowEnded(int status) {
 int ServeAsWorker(int stream) {
   // The worker dies with its parent, and ignores signals meant for the parent.
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  // A parent that has already ended may have left orders, whose results nobody reads.
+  // If the parent has already ended, it may have left orders, but nobody reads their results.
   if (IsAbandoned(stream)) return 0;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) std::signal(signal, SIG_IGN);
   std::FILE* const file = fdopen(stream, "r");
@@ -128,7 +128,7 @@ struct WorkerPool::Worker {
   int stream = -1;
   std::string text;  ///< Incomplete line that was read.
   std::optional<UnitOrder> order;
-  std::optional<LogStamp> stamp;  ///< State of the order's log when given.
+  std::optional<LogStamp> stamp;  ///< State of the order's log when the worker got it.
   int units = 0;                  ///< Number of finished units.
   Clock::time_point since;
 };
@@ -221,7 +221,7 @@ Status WorkerPool::Give(UnitOrder order) {
 }
 
 bool WorkerPool::HasGrown(const Worker& worker) const {
-  // In its first units a worker grows in any case, so its memory is not checked.
+  // During its first units every worker grows, so its memory is not checked yet.
   constexpr int kFewUnits = 10;
   if (worker.process == 0 || worker.units < kFewUnits) return false;
   std::ifstream statm("/proc/" + std::to_string(worker.process) + "/statm");
@@ -232,7 +232,8 @@ bool WorkerPool::HasGrown(const Worker& worker) const {
 
 UnitRun WorkerPool::RunWithout(const Worker& worker, const char* code, std::string message) const {
   UnitRun run = RunOf(plan_, *worker.order);
-  // States the log as it was when the unit was given. If it changed later, it is calibrated again.
+  // The run states the log as it was when the worker got the unit. If the log changed later, it
+  // will be calibrated again.
   if (worker.stamp) run.log_bytes = worker.stamp->bytes;
   if (worker.stamp) run.log_modified_ns = worker.stamp->modified_ns;
   run.code = code;

@@ -116,7 +116,8 @@ const Autopilot& ArduPilot() {
 }
 
 /// Returns `slot` if the autopilot has a parameter set of that number. `id`: the pattern of its ID
-/// parameter. Errors: `slot` is kNoSlot, so no set is free (bad input); no such set (usage).
+/// parameter. Errors: `slot` is kNoSlot, which means that no set is free (bad input); no set has
+/// the number `slot` (usage).
 Result<int> SlotOf(const Autopilot& autopilot,
                    Triad triad,
                    std::string_view id,
@@ -128,9 +129,8 @@ Result<int> SlotOf(const Autopilot& autopilot,
         ErrorCode::kNotRepresentable,
         "none of the log's " + Expanded(id, first) + " to " + Expanded(id, last) +
             " is free for the " + std::string(TriadName(triad)) +
-            ": each belongs to another sensor, or the log does not state the id of this "
-            "one; state its id with --id, or set the id of a removed sensor to 0 and record "
-            "again");
+            ": each belongs to another sensor, or the log does not state this sensor's own id; "
+            "state this id with --id, or set the id of a removed sensor to 0 and record again");
   }
   return Error(ErrorCode::kInvalidArgument,
                "--instance=" + std::to_string(slot) + ": " + std::string(autopilot.name) + " has " +
@@ -146,8 +146,8 @@ std::vector<Eigen::Vector3d> Shifted(std::vector<Eigen::Vector3d> terms, double 
   return terms;
 }
 
-/// The middle of a comment line that states the axes of a magnetometer. Before it stands the name
-/// of the ID parameter, after it roll, pitch and yaw from the board's axes.
+/// The middle of a comment line that states the axes of a magnetometer. The name of the sensor's ID
+/// parameter stands before it; roll, pitch and yaw from the board's axes stand after it.
 constexpr std::string_view kInAxesTurnedBy = ": in axes turned by ";
 
 // ---------------------------------------------------------------------------------------- writing
@@ -198,7 +198,7 @@ void WarnOfPx4(const SensorNames& names, int slot, const WriteRequest& request) 
   const auto warn = [&](bool is_so, const std::string& what) {
     if (is_so) request.warnings.push_back(std::string(TriadName(names.triad)) + ": " + what);
   };
-  // From the sources named above: PX4 ignores shorter offsets and rejects scales beyond the limits.
+  // From the sources above: PX4 ignores shorter offsets and rejects scales outside these limits.
   constexpr double kIgnoredOffset = 0.01, kLeastScale = 0.1, kMostScale = 3.0;
   warn(!has_id,
        "without --id, PX4 uses these values only if " + Expanded(names.id, slot) +
@@ -251,8 +251,8 @@ bool IsScaledFirst(std::string_view firmware, Triad triad) {
   return firmware == kArduPilotOf2014 && triad == Triad::kAccelerometer;
 }
 
-/// The temperature range that ArduPilot stores for an IMU: the part that the ranges of its sensors
-/// share; unset if no sensor has temperature terms. Error: a reference temperature is outside it.
+/// Temperature range that ArduPilot stores for an IMU: the overlap of its sensors' ranges; unset if
+/// no sensor has temperature terms. Error: a sensor's reference temperature is outside the overlap.
 Result<std::optional<Eigen::Vector2d>> CommonRange(const Calibration& calibration) {
   std::optional<Eigen::Vector2d> range;
   for (const std::optional<TriadCalibration>& sensor : calibration.sensors) {
@@ -297,9 +297,10 @@ void WriteRange(const SensorNames& names, const Eigen::Vector2d& range_degc, Par
   out->Number(names.thermal + "TMAX", range_degc[1]);
 }
 
-/// Writes temperature terms. If a sensor has none, old terms in the vehicle must not correct it. In
-/// PX4, their set loses its ID. In ArduPilot they become zero (if the other sensor has terms),
-/// vanish at the recorded temperature by CALTEMP (if there is one), or are switched off.
+/// Writes the temperature terms of a sensor. If the sensor has none, the file disables old terms in
+/// the vehicle. In PX4 the ID of their set becomes 0. In ArduPilot the terms become zero if the
+/// other sensor has terms; otherwise CALTEMP cancels them at the recorded temperature, or, without
+/// a recorded temperature, they are switched off.
 Status WriteThermal(const Autopilot& autopilot,
                     const SensorNames& names,
                     const WriteRequest& request,
@@ -397,7 +398,8 @@ Result<Files> WriteParameters(const Autopilot& autopilot, const WriteRequest& re
 /// The numbers in an autopilot's parameter file by name, as the firmware stores them.
 struct ParameterList {
   std::map<std::string, float> values;
-  /// Whole numbers other than 0, exactly. As an ID, 0 means that there is no sensor.
+  /// Whole numbers other than 0, without float32's rounding. An ID of 0 means that no sensor
+  /// exists.
   std::map<std::string, std::int64_t> ids;
   std::map<std::string, Eigen::Vector3d> turns_deg;  ///< Angles from comments (kInAxesTurnedBy).
 
@@ -410,7 +412,8 @@ struct ParameterList {
     const auto found = ids.find(name);
     return found == ids.end() ? std::nullopt : std::optional(found->second);
   }
-  /// The first set whose ID (`pattern`) is `id`; if `id` is unset, the first set without an ID.
+  /// The number of the first parameter set whose ID (`pattern`) is `id`. If `id` is unset: that of
+  /// the first set without an ID.
   std::optional<int> SlotWith(const std::optional<std::int64_t>& id,
                               const std::string& pattern,
                               const Autopilot& autopilot,
@@ -422,8 +425,8 @@ struct ParameterList {
   }
 };
 
-/// Reads one parameter per line: its name is in field `name_field`, its value in the next field.
-/// Blanks, tabs or commas separate fields; `#` starts a comment. Errors name the line.
+/// Reads one parameter per line: field `name_field`, counted from 0, is its name, the next field
+/// its value. Blanks, tabs or commas separate fields; `#` starts a comment. Errors name the line.
 Result<ParameterList> ParseList(const ExportedFile& file, std::size_t name_field) {
   ParameterList list;
   for (const auto& [place, line, words] : WordLines(file)) {
@@ -467,7 +470,7 @@ class SensorParameters {
   SensorParameters(const ParameterList& list, const SensorNames& names, int instance)
       : list_(list), names_(names), instance_(instance) {}
 
-  /// Whether the list holds any of its offsets. If the list states the ID 0, there is no sensor.
+  /// Whether the list holds any offset of the sensor. An ID of 0 means that there is no sensor.
   bool IsThere() const {
     bool any = false;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -487,7 +490,7 @@ class SensorParameters {
     return vector;
   }
 
-  /// The names of the offsets and scales that the list lacks; empty: it has all.
+  /// The names of the sensor's offsets and scales that the list lacks; empty if it lacks none.
   std::string Missing() const {
     std::string missing;
     for (const Field& field : names_.fields) {
@@ -502,8 +505,8 @@ class SensorParameters {
 
   std::optional<std::int64_t> Id() const { return list_.Id(Expanded(names_.id, instance_)); }
 
-  /// The set with its temperature terms; unset: none. In PX4 this is the set with the sensor's ID,
-  /// or, if the list states no IDs, the set with the sensor's number.
+  /// Number of the set with the sensor's temperature terms; unset if there is none. In PX4 this is
+  /// the set with the sensor's ID, or, if the list states no IDs, the set with the sensor's number.
   std::optional<int> ThermalSlot(const Autopilot& autopilot) const {
     if (!autopilot.is_px4 || names_.thermal.empty()) return instance_;
     const std::string name = names_.thermal + "ID";
@@ -514,7 +517,8 @@ class SensorParameters {
     return is_said && (id || Number(name, 0.0F) == 0.0F) ? std::nullopt : std::optional(instance_);
   }
 
-  /// The PX4 set for new terms: with the sensor's ID, or else one without an ID, or else kNoSlot.
+  /// The number of the PX4 set for new terms: the set with the sensor's ID. Without it: a set
+  /// without an ID. Without either: kNoSlot.
   std::int64_t ThermalPlace(const Autopilot& autopilot) const {
     for (const std::optional<std::int64_t>& id : {Id(), {}}) {
       const auto slot = list_.SlotWith(id, names_.thermal + "ID", autopilot, names_.triad);
@@ -549,7 +553,7 @@ class SensorParameters {
 
  private:
   void AddThermal(bool is_px4, CorrectionParts* parts) const {
-    // The defaults are those of the firmware.
+    // If the list lacks the limits, the firmware's defaults hold.
     const float lowest = Number(names_.thermal + "TMIN", 0.0F);
     const float highest = Number(names_.thermal + "TMAX", is_px4 ? 100.0F : 70.0F);
     const float stated = Number(names_.reference, is_px4 ? 25.0F : kNoCalibrationTemperature);
@@ -608,7 +612,7 @@ std::optional<Eigen::Vector3d> TurnDegIn(const ParameterList& list,
     level[static_cast<Eigen::Index>(axis)] =
         list.Get(Expanded("SENS_BOARD_*_OFF", instance, axis), 0.0F);
   }
-  // Both rotations lead into the vehicle's axes.
+  // Both rotations lead from their own axes into the vehicle's axes.
   return TurnDegOf(TurnOf(*sensor).transpose() * TurnOf(level) * TurnOf(*board));
 }
 
@@ -618,7 +622,7 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                     Triad::kAccelerometer,
                                     autopilot.sensors[0].id,
                                     request.instance.value_or(autopilot.first_instance)));
-  // In a file of QGroundControl, the ids of vehicle and component precede the name.
+  // In a QGroundControl file, each line has two ids, of vehicle and component, before the name.
   TRUETRIAD_ASSIGN_OR_RETURN(const ParameterList list,
                              ParseList(request.files[0], autopilot.is_px4 ? 2 : 0));
   Carried carried;
@@ -653,8 +657,8 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                          ? Expanded("CAL_MAG@_ROT", of) + " and SENS_BOARD_ROT"
                                          : "AHRS_ORIENTATION";
         carried.notes.push_back(
-            "magnetometer: the file does not state its rotation against the "
-            "board (" +
+            "magnetometer: the file does not determine the rotation from the board's axes to those "
+            "of its correction (" +
             rotation + "); assumed not rotated");
       }
     }

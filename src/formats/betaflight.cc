@@ -21,7 +21,7 @@ namespace truetriad {
 namespace {
 
 constexpr std::string_view kSet = "set ";
-// The values of INAV's gains that mean 1, and the largest value (settings.yaml).
+// The settings of INAV that mean a gain of 1, and the largest allowed setting (settings.yaml).
 constexpr double kAccGainUnity = 4096.0, kMagGainUnity = 1024.0;
 constexpr int kMaxGain = 8192;  // Twice the 4096 that means 1.
 constexpr std::array<Triad, 2> kHeld = {Triad::kAccelerometer, Triad::kMagnetometer};
@@ -70,7 +70,7 @@ const Settings& Inav() {
   return settings;
 }
 
-/// The name with the letter of the axis, "acczero_x"; a name without `*` is unchanged.
+/// The name of the setting with the letter of the axis in place of `*`: "acczero_x".
 std::string SettingName(const Setting& setting, Eigen::Index axis) {
   std::string name(setting.name);
   if (const std::size_t star = name.find('*'); star != std::string::npos)
@@ -105,7 +105,7 @@ Result<Files> WriteSettings(const Settings& settings, const WriteRequest& reques
   return Files{{"", text + "save\n"}};
 }
 
-/// The numbers of each line `set name = n,n,n`.
+/// The numbers of each setting, from its line `set name = n,n,n`.
 Result<std::map<std::string, std::vector<int>>> StoredSettings(const ExportedFile& file) {
   std::map<std::string, std::vector<int>> settings;
   for (const auto& [place, line, words] : WordLines(file)) {

@@ -27,7 +27,7 @@ namespace {
 
 // The highest degree of the polynomial that replaces a piecewise bias (kRefitOrder of restate.cc).
 constexpr int kMaxBiasOrder = 9;
-// One at each end and one in the middle of the temperature range.
+// The test vectors are at both ends and in the middle of the temperature range.
 constexpr int kTestVectors = 3;
 
 /// The numbers of one triad as written in the header. Matrices by rows.
@@ -59,8 +59,7 @@ struct FloatTable {
   }
 };
 
-/// The polynomials in u that equal C(T) within a tenth of float32's rounding, of the least degree
-/// possible.
+/// The polynomials in u of the least degree that equal C(T) within a tenth of float32's rounding.
 std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, double per_degc) {
   const ThermalTerms& thermal = *sensor.thermal;
   const auto correction_at = [&](double u) {
@@ -72,8 +71,8 @@ std::vector<FloatTable::Matrix> CorrectionTerms(const TriadCalibration& sensor, 
   // If gains change by 0.1 % per degree, 1 / (1 + s u) needs degree four. Beyond degree eight a fit
   // does not improve further.
   constexpr int kMaxDegree = 8;
-  // Between neighbouring zeros of the error of a fit of degree eight, which are closest near the
-  // ends, lie about two of these points near the ends and five in the middle.
+  // The error of a fit of degree eight has zeros that are closest near the ends. Between two
+  // neighbouring zeros lie about two of these points near the ends, and about five in the middle.
   constexpr int kChecks = 33;
   // A tenth of the rounding error of float32.
   constexpr double kFitTolerance = 0.1 * std::numeric_limits<float>::epsilon();
@@ -267,7 +266,7 @@ std::vector<TestVector> TestVectors(Triad triad, const TriadCalibration& sensor,
     TriadModel<double> model = sensor.model;
     if (sensor.thermal) {
       const Eigen::Vector2d& range = sensor.thermal->range_degc;
-      // Rounded to float32 as in firmware, so that the expected value belongs to this temperature.
+      // Temperature is rounded to float32 as in firmware, so that the expected value belongs to it.
       temperature = static_cast<float>(range[0] + (range[1] - range[0]) * i / (kTestVectors - 1.0));
       model = ModelAtTemperature(sensor.model, *sensor.thermal, temperature);
     }

@@ -18,7 +18,7 @@ Eigen::Matrix3d Rows(const Entries& numbers) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
 }
 
-/// The symbols of format.h, evaluated.
+/// The values of the symbols that format.h uses.
 struct Symbols {
   Eigen::Vector3d b;
   Eigen::Matrix3d S, C, K, G, M, R;
@@ -42,7 +42,7 @@ struct Symbols {
 constexpr std::array<std::array<Eigen::Index, 2>, 6> kLower = {
     {{0, 0}, {1, 0}, {2, 0}, {1, 1}, {2, 1}, {2, 2}}};
 
-/// How a quantity follows from our model, and how it sets the consumer's equation.
+/// How a quantity is computed from our model, and how it sets CorrectionParts.
 struct Convention {
   Quantity quantity;
   Entries (*of)(const Symbols& symbols);
@@ -177,7 +177,8 @@ Stated StatedTogether(std::span<const Field> fields, const double* numbers) {
 
 CorrectionParts CorrectionParts::Of(const Stated& stated) {
   CorrectionParts parts;
-  // The enumerators are in order, so a quantity that sets a matrix precedes one that changes it.
+  // The enumerators are in order: a quantity that sets a matrix comes before one that changes the
+  // matrix.
   for (const auto& [quantity, numbers] : stated) ConventionOf(quantity).take(numbers, &parts);
   return parts;
 }

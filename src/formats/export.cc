@@ -37,7 +37,8 @@ std::string LossText(Triad triad, const ExportLoss& loss) {
   return std::string(TriadName(triad)) + ": " + ErrorText(triad, loss);
 }
 
-/// Warns of the largest error of each sensor whose error exceeds the calibration's own uncertainty.
+/// Warns of the largest error of each sensor for which this error exceeds the calibration's own
+/// uncertainty.
 void WarnOfLoss(std::string_view format,
                 const std::vector<PerTriad<std::optional<ExportLoss>>>& losses,
                 std::vector<std::string>* warnings) {
@@ -104,7 +105,8 @@ void WarnOfNumbers(const Calibration& calibration,
   }
 }
 
-/// "FAIL by R. Roe on 2026-11-25: connector bent", or the missed limit; empty: it may be delivered.
+/// The reason why the unit may not be delivered, "FAIL by R. Roe on 2026-11-25: connector bent" or
+/// the limit that it misses; empty if it may be delivered.
 std::string WhyHeldBack(const Calibration& calibration) {
   if (calibration.verdict() != Verdict::kFail) return "";
   if (!calibration.decisions.empty()) return DecisionText(calibration.decisions.back());
@@ -179,7 +181,8 @@ void Append(const std::string& text, std::string* file) {
   }
 }
 
-/// Adds the export of an instance to `beside`. `which`: the beginning of its warnings.
+/// Adds the export of an instance to `beside`. `which`: the text with which each of its warnings
+/// begins.
 void Add(const Export& exported,
          const std::string& which,
          const std::string& file_name,
@@ -207,8 +210,9 @@ void AddNumbersOf(const Tags& tags, bool is_slot_stated, ExportOptions* options)
   }
 }
 
-/// As ExportCalibration. `why_held_back`: why the unit or its device may not be delivered; empty:
-/// it may. `instance`: which of several equal sensors this is, if the options do not state it.
+/// As ExportCalibration. `why_held_back`: why the unit or its device may not be delivered; empty if
+/// it may be delivered. `instance`: which of several equal sensors this is, if the options do not
+/// state it.
 Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
                                     std::string_view format_name,
                                     const ExportOptions& stated,
@@ -218,7 +222,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   if (!stated.instance) options.instance = instance;
   TRUETRIAD_ASSIGN_OR_RETURN(const Format* const found, FindFormat(format_name));
   const Format& format = *found;
-  // IDs and slots hold only for the firmware that wrote the log.
+  // IDs and slots hold only for the firmware from whose log they were read.
   const std::string& firmware = calibration.tags.firmware;
   const bool is_another =
       format.is_firmware && !firmware.empty() && !Reads(firmware, format.info.name);
@@ -232,7 +236,7 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   if (is_another && calibration.tags.device_ids != PerTriad<std::optional<std::int64_t>>()) {
     result.warnings.push_back("the log is of " + firmware + ", and " +
                               std::string(format.info.name) +
-                              " has its own device ids; state those with --id");
+                              " uses other device ids; state them with --id");
   }
   std::vector<std::string> comment = Comment(format, restated, options, why_held_back);
 
@@ -269,9 +273,9 @@ Result<Export> ExportUnlessHeldBack(const Calibration& calibration,
   return result;
 }
 
-/// The calibration of `result`, with other idle sets of temperature terms. Added: sets that are
-/// idle in a result that is not written. Removed: sets that a written result uses. `exports[i]` is
-/// unset if results[i] is not written.
+/// The calibration of `result`, with a corrected list of idle sets of temperature terms: adds the
+/// idle sets of the results that are not written, and removes the sets that a written result uses.
+/// `exports[i]` is unset if results[i] is not written.
 Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
                             const std::vector<std::optional<Export>>& exports,
                             const ResultOfInstance& result) {
@@ -296,8 +300,8 @@ Calibration BesideUnwritten(const std::vector<ResultOfInstance>& results,
   return calibration;
 }
 
-/// Says which sensor of `result` would use the same parameter set of `format` as a sensor of
-/// another result, and why; empty if none would.
+/// If a sensor of `result` would use the same parameter set of `format` as a sensor of another
+/// result: which one, and why. Empty if there is no such sensor.
 std::string SharedSlot(const std::vector<ResultOfInstance>& results,
                        const ResultOfInstance& result,
                        const FormatInfo& format) {
@@ -313,7 +317,8 @@ std::string SharedSlot(const std::vector<ResultOfInstance>& results,
     const auto& id = result.calibration->tags.device_ids[triad];
     for (const ResultOfInstance& other : results) {
       const auto& its_id = other.calibration->tags.device_ids[triad];
-      // If only this one of two sensors has a device ID, the other one is left out.
+      // If only the sensor of `result` has a device ID, the other sensor is the one that is left
+      // out.
       if (&other == &result || slot == Tags::kNoSlot || slot_of(other, triad) != slot ||
           (id && !its_id)) {
         continue;
@@ -386,7 +391,7 @@ class FormatOfDevice {
     return ExportUnlessHeldBack(
         calibration, info_.name, options_, why.empty() ? why_of_device_ : why, instance);
   }
-  /// Exports one result, or warns that it or one of its sensors is not written.
+  /// Exports one result. If the result or one of its sensors cannot be written, warns of this.
   Status Try(std::size_t i, ExportsBeside* beside) {
     const ResultOfInstance& result = results_[i];
     const std::string shared = info_.first_instance ? SharedSlot(results_, result, info_) : "";
@@ -396,19 +401,18 @@ class FormatOfDevice {
       return {};
     }
     Result<Export> exported = ExportOf(result, *result.calibration);
-    // The vehicle of the log corrects each sensor as it is mounted, without this rotation. A
-    // rotated sensor is therefore left out.
+    // The vehicle of the log corrects the readings in the sensor's own axes, without the
+    // calibration's rotation. A rotated sensor is therefore left out.
     const bool is_its = Reads(result.calibration->tags.firmware, info_.name);
     if (exported && is_its && exported->is_turned != PerTriad<bool>()) {
       beside->is_whole = false;
       for (const Triad triad : kTriads) {
         if (!exported->is_turned[triad]) continue;
-        SayUnwritten(
-            result,
-            "its " + std::string(TriadName(triad)) +
-                " is not written: it is rotated against the other sensors, and the log does "
-                "not state this; set its rotation in the vehicle, and record again",
-            beside);
+        SayUnwritten(result,
+                     "its " + std::string(TriadName(triad)) +
+                         " is not written: it is rotated against the other sensors, and the log "
+                         "does not state this rotation; set it in the vehicle, and record again",
+                     beside);
         calibrations_[i].sensors[triad].reset();
       }
       for (const Finding& finding : exported->findings) {
@@ -460,8 +464,8 @@ Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options) {
   ExportsBeside beside;
-  // If one result may not be delivered, all files of its device say so. A result that is not usable
-  // is left out with a warning.
+  // If the unit of one result may not be delivered, the files of all results of the device state
+  // this. A result that is not usable is left out with a warning.
   std::string why_of_device;
   for (const ResultOfInstance& result : results) {
     if (why_of_device.empty()) why_of_device = WhyHeldBack(*result.calibration);

@@ -20,7 +20,8 @@
 namespace truetriad {
 
 // A field of a file states one quantity of our model, result = C (y - b - G f) with C = S^-1. The
-// right column names the part of the consumer's equation (CorrectionParts) that the quantity sets.
+// right column names the part of CorrectionParts, the equation of the program that reads the file,
+// which the quantity sets.
 enum class Quantity {
   kRotationFactor,      // R by rows, a rotation; S = M R       transpose of the rotation
   kBias,                // b                                    before
@@ -59,7 +60,7 @@ using Stated = std::map<Quantity, Eigen::VectorXd>;
 // The quantities of `fields`, whose numbers stand in `numbers` one field after another.
 Stated StatedTogether(std::span<const Field> fields, const double* numbers);
 
-// The equation of a consumer:
+// The equation of a target, the program or firmware that reads the exported file:
 //
 //   result = rotation matrix ((y - thermal(T) - before - g_sensitivity f) o gains) - after
 struct CorrectionParts {
@@ -69,11 +70,11 @@ struct CorrectionParts {
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   Eigen::Vector3d after = Eigen::Vector3d::Zero();
   std::optional<Eigen::Matrix3d> g_sensitivity = {};
-  // The thermal bias, computed in the consumer's arithmetic.
+  // The bias terms in the temperature, computed in the target's arithmetic.
   std::function<Eigen::Vector3d(double temperature_degc)> thermal = {};
 
-  // Only for an import. S, if the file states it; temperature terms, and the bias that they add at
-  // their reference temperature; the unit of the readings, if the file states it.
+  // These are set only by an import: S and the unit of the readings, if the file states them; the
+  // temperature terms, and the bias that they add at their reference temperature.
   std::optional<Eigen::Matrix3d> sensitivity = {};
   Eigen::Vector3d thermal_constant = Eigen::Vector3d::Zero();
   std::optional<ThermalTerms> thermal_terms = {};
@@ -83,14 +84,14 @@ struct CorrectionParts {
   static CorrectionParts Of(const Stated& stated);
 };
 
-// The consumer's result for a reading, in the consumer's units and arithmetic.
+// The target's result for a reading, in the target's units and arithmetic.
 using Equation = std::function<Eigen::Vector3d(
     const Eigen::Vector3d& reading, const Eigen::Vector3d& force_mps2, double temperature_degc)>;
 
-// Computed in float32 if that is the consumer's arithmetic, else in double.
+// If `arithmetic` is float32, the equation computes in float32, otherwise in double.
 Equation EquationOf(const CorrectionParts& parts, Arithmetic arithmetic);
-// The correction in terms of our model. `reading_unit` and `result_unit` are the consumer's units;
-// if `reading_unit` is empty, `parts` states the unit.
+// The correction in terms of our model. `reading_unit` and `result_unit` are the target's units; if
+// `reading_unit` is empty, `parts` states the unit.
 TriadCalibration TriadOf(const CorrectionParts& parts,
                          std::string_view reading_unit,
                          std::string_view result_unit);
@@ -113,12 +114,12 @@ struct TriadCapacity {
   bool rate_thermal = false;    // bias terms in the rate of temperature
   bool g_sensitivity = false;
   bool axis_terms = false;  // the axis terms of terms.h
-  // Unit of the readings that the consumer corrects; empty: the unit in the calibration.
+  // Unit of the readings that the target corrects; empty: the unit in the calibration.
   std::string_view reading_unit = {};
   // The user may choose another unit with --units.
   bool free_unit = false;
   // The result has the unit of the readings instead of the true unit. If the readings are counts,
-  // it has `reading_unit`, if this is set.
+  // the result has `reading_unit`, if this is set.
   bool result_in_reading_unit = false;
 };
 
@@ -127,12 +128,12 @@ struct WriteRequest {
   const ExportOptions& options;
   std::vector<std::string> comment;    // the lines of the comment in every file
   const Calibration* stated;           // the original calibration, in its own units and gauge
-  std::vector<std::string>& warnings;  // what degrades the result is added here
+  std::vector<std::string>& warnings;  // the writer adds what makes the exported correction worse
 };
 using Files = std::vector<ExportedFile>;
 
-// What a file states. Each triad in the file has either the parts of its equation or, in some
-// formats, a whole equation.
+// What a file states. For each triad in the file, `parts` is set or, in some formats, the whole
+// equation.
 struct Carried {
   PerTriad<std::optional<CorrectionParts>> parts;
   PerTriad<Equation> equations;
@@ -152,8 +153,7 @@ struct ReadRequest {
 struct Format {
   FormatInfo info;
   std::optional<Gauge> gauge = {};  // the body frame that the format needs
-  // The consumer is a vehicle's firmware. Each sensor is corrected in the axes that model/tags.h
-  // states.
+  // Target is a vehicle's firmware. Each sensor is corrected in the axes that model/tags.h states.
   bool is_firmware = false;
   PerTriad<TriadCapacity> capacity = {};
   std::function<Result<Files>(const WriteRequest&)> write = {};
@@ -172,8 +172,8 @@ Format RecordFormat();
 // All formats in the order of the documentation.
 const std::vector<Format>& AllFormats();
 
-// Error (usage): no format has this name; the message suggests the nearest. `to_import`: searches
-// only formats that can be imported.
+// Finds a format by its name. Error (usage): no format has this name; the message suggests the
+// nearest one. `to_import`: searches only formats that can be imported.
 Result<const Format*> FindFormat(std::string_view name, bool to_import = false);
 
 }  // namespace truetriad

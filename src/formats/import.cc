@@ -41,7 +41,7 @@ std::vector<FormatInfo> Formats() {
 }
 
 Result<const Format*> FindFormat(std::string_view name, bool to_import) {
-  // Accepts names as the projects themselves write them: imu_tk.
+  // Some projects write their names with underscores, like imu_tk; these are accepted as well.
   std::string wanted(name);
   std::replace(wanted.begin(), wanted.end(), '_', '-');
   std::vector<std::string_view> names;
@@ -68,7 +68,8 @@ Result<FormatInfo> InfoOfFormat(std::string_view name) {
 
 namespace {
 
-/// The sensor of a file, in the units for the calibration. `wanted`: the unit of its readings.
+/// A sensor of the file, converted to the units of the calibration to be made. `wanted`: the unit
+/// of its readings.
 Result<TriadCalibration> InWantedUnits(Triad triad,
                                        const Carried& file,
                                        const Format& format,
@@ -95,8 +96,8 @@ Result<TriadCalibration> InWantedUnits(Triad triad,
     sensor.input_unit = *wanted;
     return sensor;
   }
-  // Without a wanted unit: a unit that the format fixes becomes the true unit; a unit that the file
-  // states is kept.
+  // If no unit is wanted: readings in a unit that the format fixes are converted to the true unit;
+  // a unit that the file itself states is kept.
   const bool fixed = !capacity.reading_unit.empty();
   const std::string unit_name =
       wanted.value_or(fixed ? std::string(TruthUnitName(triad)) : carried.input_unit);
@@ -135,8 +136,8 @@ void AppendNames(Triad triad, const TriadCalibration& sensor, std::vector<std::s
   if (sensor.g_sensitivity) matrix(ParameterKind::kGSensitivity);
 }
 
-/// The decision that a file states if it was exported although its unit failed. `said`: the text
-/// after kMustNotLeave.
+/// The FAIL decision for a file whose comment says that its unit must not be delivered. `said`: the
+/// text after kMustNotLeave.
 Decision HeldBack(const std::string& path, std::string said) {
   const auto ends = [](char c) { return static_cast<unsigned char>(c) < ' '; };
   said.erase(std::find_if(said.begin(), said.end(), ends), said.end());
@@ -147,7 +148,8 @@ Decision HeldBack(const std::string& path, std::string said) {
 
 /// The gauge implied by the form of the leading sensor's sensitivity.
 Gauge GaugeOf(const Eigen::Matrix3d& sensitivity) {
-  // A matrix that was triangular is so only up to this rounding after it was inverted and written.
+  // The elements above the diagonal of a triangular matrix stay below this after it was inverted
+  // and written.
   constexpr double kTriangularRounding = 1e-12;
   if (sensitivity.isLowerTriangular(kTriangularRounding)) return Gauge::kAccelX;
   if (sensitivity.isUpperTriangular(kTriangularRounding)) return Gauge::kAccelZ;

@@ -25,7 +25,7 @@ constexpr std::string_view kBiasComment = "# bias ";
 
 constexpr std::array<Triad, 2> kInertial = {Triad::kAccelerometer, Triad::kGyroscope};
 
-/// A matrix of the file, and its sensor.
+/// A matrix in the file, and the sensor that it belongs to.
 struct ChainField {
   Triad triad;
   Field field;
@@ -33,7 +33,7 @@ struct ChainField {
 /// The file format of one of the two programs.
 struct Chain {
   std::string_view begin, model;
-  bool has_blocks;  ///< Each sensor has a map of its own.
+  bool has_blocks;  ///< In the file, each sensor has a map of its own.
   std::array<ChainField, 4> fields;
 };
 constexpr Chain kKalibr = {"",
@@ -59,8 +59,8 @@ std::vector<Field> ChainFieldsOf(Triad triad, const Chain& chain) {
   return own;
 }
 
-/// The two sensors of a file, which must state both: a sensor that is not calibrated becomes the
-/// identity, with a warning. Error: the gyroscope is mirrored.
+/// The two sensors of a file, which must state both. If a sensor is not calibrated, its correction
+/// becomes the identity, with a warning. Error: the gyroscope is mirrored.
 Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
   const Calibration& calibration = request.calibration;
   PerTriad<TriadCalibration> both;
@@ -76,9 +76,9 @@ Result<PerTriad<TriadCalibration>> BothSensors(const WriteRequest& request) {
       both[triad] = *calibration.sensors[triad];
       continue;
     }
-    request.warnings.emplace_back(
-        std::string(TriadName(triad)) +
-        ": not calibrated; the file must state this sensor, so it states the identity");
+    request.warnings.emplace_back(std::string(TriadName(triad)) +
+                                  ": not calibrated; the file must state this sensor, so it states "
+                                  "a correction that changes nothing");
   }
   return both;
 }
@@ -104,8 +104,8 @@ std::string RealText(double value) {
   return text;
 }
 
-/// The noise keys, with placeholders for what is unknown. If a rest is too short to determine a
-/// random walk, the density is still written.
+/// The lines of the noise keys, with placeholders for unknown values. If a rest is too short to
+/// determine a random walk, the density is still written.
 Result<std::string> NoiseText(const std::string& indent, const WriteRequest& request) {
   const ExportOptions& options = request.options;
   std::string text;
@@ -176,7 +176,8 @@ Result<Files> WriteChain(const Chain& chain, const WriteRequest& request) {
   return Files{{"", std::move(text)}};
 }
 
-/// The bias in the comment about `triad`; without such a comment, zero and a note.
+/// The bias that a comment of the file states for `triad`. If there is no such comment: zero, and a
+/// note is added to `carried`.
 Eigen::Vector3d BiasFromComment(const std::string& text, Triad triad, Carried* carried) {
   const std::string begin = std::string(kBiasComment) + std::string(TriadName(triad)) + " ";
   const std::size_t at = text.find(begin);

@@ -39,7 +39,7 @@
 namespace truetriad {
 namespace {
 
-/// The position of the fields in a file.
+/// Where a file holds the fields.
 struct Listing {
   std::vector<std::string_view> path;  ///< Keys to the fields; `[0]` is the first item of a list.
   bool by_sensor = false;              ///< Each sensor has a map with its name.
@@ -183,7 +183,8 @@ std::string RealListText(const Eigen::VectorXd& values) {
 
 /// Variances of one corrected reading by axis, in the message's unit squared: the noise of a
 /// sample, after correction, plus the variance of the calibration. If no noise is known: zero,
-/// which means unknown, and a warning; the calibration's part alone would be too small.
+/// which means unknown, and a warning, since the variance of the calibration alone would be too
+/// small.
 Result<Eigen::Vector3d> Variances(const WriteRequest& request,
                                   Triad triad,
                                   const Eigen::Matrix3d& correction) {

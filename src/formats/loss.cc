@@ -63,8 +63,8 @@ bool DropsRates(const Restated& restated, Triad triad) {
   return HasRates(*restated.whole.sensors[triad]->thermal) && !(held && HasRates(*held));
 }
 
-// The state of each axis when the thermometer has changed at the rate for a long time. An axis then
-// is behind the thermometer by its lag times the rate.
+// The thermal state of each axis after the thermometer has changed at this rate for a long time:
+// the temperature of an axis is then behind the thermometer by the axis' lag times the rate.
 ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_degcps) {
   ThermalState state;
   const Eigen::Vector3d lag_s = thermal.element_lag_s.value_or(Eigen::Vector3d::Zero());
@@ -73,12 +73,12 @@ ThermalState SettledState(const ThermalTerms& thermal, double degc, double rate_
   return state;
 }
 
-/// The force at the i-th truth. As 7 and 200 are coprime, every force direction occurs once.
+/// The force for the truth number `i`. As 7 and 200 are coprime, every force direction occurs once.
 Eigen::Vector3d ForceWith(int i, const ReferenceValues& reference) {
   return reference.gravity_mps2 * Direction((7 * i) % kDirections);
 }
 
-/// For each truth on the sphere: the length of the error of the consumer's result. `model` predicts
+/// For each truth on the sphere: the length of the error of the target's result. `model` predicts
 /// the readings, at the temperature `degc`.
 Eigen::VectorXd ErrorsOf(Triad triad,
                          const Equation& equation,

@@ -16,8 +16,8 @@
 //
 //   truth = C (raw - b - G force),  columns; C = S^-1
 //
-// and the covariance of (b, S by rows). In addition A, b and expmfs of the magnetometer as magcal
-// returns them, for row vectors: truth_row = (raw_row - b) A, so A = C^T.
+// and the covariance of (b, S by rows). For the magnetometer also A, b and expmfs, as MATLAB's
+// magcal returns them for row vectors: truth_row = (raw_row - b) A, so A = C^T.
 
 namespace truetriad {
 namespace {
@@ -51,7 +51,7 @@ std::string WithoutComments(const std::string& text) {
   return kept;
 }
 
-/// Parses the rows of "1 2 3; 4 5 6". False: the text is anything else.
+/// Parses the rows of "1 2 3; 4 5 6". Returns false if the text is not a matrix.
 bool ParseMatrix(std::string_view text, Eigen::MatrixXd* matrix) {
   std::vector<std::vector<double>> rows(1);
   const char* at = text.data();
@@ -150,8 +150,8 @@ std::string StructName(Triad triad) {
   return std::string(kStructs[static_cast<std::size_t>(triad)]);
 }
 
-/// The covariance of the bias (x, y, z) and the sensitivity (by rows); empty if one of these
-/// parameters has none.
+/// The covariance of the bias (x, y, z) and the sensitivity (by rows); empty if the covariance
+/// lacks one of these parameters.
 Eigen::MatrixXd CovarianceOf(const NamedCovariance& covariance, Triad triad) {
   std::vector<Eigen::Index> places;
   const auto list = [&](const std::string& name) {
@@ -246,7 +246,7 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     auto C = MatrixOf(*variables, prefix + "C", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(C);
     if (!*C && triad == Triad::kMagnetometer) {
-      // A result of magcal, without our structs.
+      // The file holds a result of magcal, and none of our structs.
       prefix = "";
       C = MatrixOf(*variables, "A", file.suffix);
       TRUETRIAD_RETURN_IF_ERROR(C);
@@ -273,7 +273,7 @@ Result<Carried> ReadMatlab(const ReadRequest& request) {
     // A stated sensitivity is kept, since its zeros are exact.
     const auto S = MatrixOf(*variables, prefix + "S", file.suffix);
     TRUETRIAD_RETURN_IF_ERROR(S);
-    // Rounding of the product of S and its inverse if both are written with all digits.
+    // Product of S and its inverse, both written with all digits, differs from I by less than this.
     constexpr double kInverseRounding = 1e-9;
     if (*S && (parts.matrix * **S - Eigen::Matrix3d::Identity()).norm() < kInverseRounding) {
       parts.sensitivity = **S;

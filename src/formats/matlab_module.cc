@@ -50,7 +50,8 @@ struct FreeVariable {
 };
 using VariableOwner = std::unique_ptr<matvar_t, FreeVariable>;
 
-/// libmatio copies the data, although its types do not say so.
+/// Copies the data into libmatio's variable. libmatio's types ask for mutable data, but it only
+/// copies them.
 VariableOwner Create(const std::string& name, const MatlabVariable& variable) {
   if (variable.numbers.size() == 0) {
     std::array<std::size_t, 2> size = {1, variable.text.size()};

@@ -21,7 +21,7 @@ using MatlabVariables = std::vector<MatlabVariable>;
 // Returns nullptr when there is no variable of that name.
 const MatlabVariable* FindVariable(const MatlabVariables& variables, const std::string& name);
 
-// A script (.m) of assignments, after the lines of the comment.
+// The text of a script (.m): the lines of the comment, then the assignments.
 std::string ScriptText(const MatlabVariables& variables, const std::vector<std::string>& comment);
 // Reads assignments of constants from a script; other statements are skipped.
 MatlabVariables ParseScript(const std::string& text);
@@ -39,7 +39,8 @@ struct MatlabModule {
 // The companion library (base/companion.h) and its only function, `const MatlabModule* ()`.
 inline constexpr char kMatlabModuleFile[] = "truetriad_matlab.so";
 inline constexpr char kMatlabModuleFunction[] = "TruetriadMatlabModule";
-// The module, loaded once and kept until the program ends; nullptr if missing or not loadable.
+// Loads the module once and keeps it until the program ends; nullptr if it is missing or cannot be
+// loaded.
 const MatlabModule* MatlabModuleOf();
 
 // Whether the bytes are a .mat of any version.

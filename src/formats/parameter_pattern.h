@@ -28,7 +28,7 @@ inline std::string Expanded(std::string_view pattern,
                             int instance,
                             std::size_t axis = 0,
                             std::size_t power = 0) {
-  constexpr int kLastOfShortNames = 3;  // After INS_ACC3OFFS the parameter group was full.
+  constexpr int kLastOfShortNames = 3;  // The group had no room for a fourth IMU.
   const std::string number = std::to_string(instance);
   const bool is_late = pattern.starts_with("INS_") && instance > kLastOfShortNames;
   const std::map<char, std::string> words = {{'@', is_late ? "" : number},

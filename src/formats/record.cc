@@ -34,7 +34,8 @@ constexpr TriadCapacity kHoldsAll = {.held = true,
                                      .g_sensitivity = true,
                                      .axis_terms = true};
 
-/// Temperature terms in these files; each rate term has its own name.
+/// The temperature terms as these files state them: each term in the temperature rate has a name of
+/// its own.
 struct ThermalBlock {
   ThermalTerms terms;
 };
@@ -62,7 +63,8 @@ void SensorFields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("sensitivity", sensor.model.sensitivity);
   Eigen::Matrix3d correction = sensor.model.Correction();
   visit("correction", correction);
-  // A reader only applies the correction, so it does not need σ, which may be infinite.
+  // A reader of the file only applies the correction, for which it does not need σ; σ may be
+  // infinite.
   if constexpr (!V::kReads) {
     visit("bias_sigma", sensor.bias_sigma);
     visit("sensitivity_sigma", sensor.sensitivity_sigma);
@@ -126,7 +128,8 @@ Result<Carried> ReadSensorsJson(const std::string& text, const std::string& name
   return carried;
 }
 
-// All that calibration.yaml states about the sensors, as JSON, in the calibration's units.
+// The name of the JSON format, which holds all that calibration.yaml states about the sensors, in
+// the calibration's units.
 constexpr std::string_view kExportFormat = "truetriad/export/1";
 
 Result<Files> WriteJsonExport(const WriteRequest& request) {
@@ -250,7 +253,7 @@ Json SensorRecord(const TriadCalibration& sensor, const std::optional<double>& r
   return json;
 }
 
-/// Adds those of the tags that the calibration states.
+/// Adds each of the tags named by `keys` that the calibration states.
 void AddTags(std::span<const TagKey> keys, const Tags& tags, Json* json) {
   for (const TagKey& tag : keys) {
     if (!(tags.*tag.value).empty()) (*json)[std::string(tag.key)] = tags.*tag.value;
@@ -422,10 +425,10 @@ Result<Files> WriteRecord(const WriteRequest& request) {
       const std::string name = "`" + equipment.name + "`";
       const std::optional<bool> is_overdue = IsOverdue(equipment, created);
       if (!is_overdue) {
-        request.warnings.push_back(
-            name + ": its calibration may have expired: " +
-            (created.empty() ? "this calibration has no date" : "it has no `due:` date") +
-            "; the record states this");
+        request.warnings.push_back(name + ": its own calibration may have expired: " +
+                                   (created.empty() ? "the calibration in this record has no date"
+                                                    : "it has no `due:` date") +
+                                   "; the record states this");
       } else if (*is_overdue) {
         request.warnings.push_back(name + " was due for calibration on " + equipment.due +
                                    ", before this calibration was made; the record states this");

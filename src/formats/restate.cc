@@ -27,7 +27,7 @@ double AngleDeg(const Eigen::Matrix3d& rotation) {
   return Eigen::AngleAxisd(rotation).angle() * kDegPerRad;
 }
 
-/// The temperature at which temperature terms are evaluated where a constant replaces them.
+/// The temperature for which a constant replaces temperature terms that the format cannot hold.
 Result<double> ConstantTemperature(Triad triad,
                                    const ThermalTerms& thermal,
                                    const ExportOptions& options) {
@@ -145,7 +145,7 @@ void Turn(const Eigen::Matrix3d& rotation, TriadCalibration* sensor) {
   for (Eigen::Matrix3d& term : sensor->thermal->sensitivity) term = term * rotation;
 }
 
-/// Turns the body frame into that of the format's gauge.
+/// Rotates the calibration from its body frame to that of the format's gauge.
 void TurnIntoGauge(Gauge gauge, Restated* restated) {
   const Triad leading = restated->held.gauge_sensor;
   if (!restated->held.sensors[leading]) return;
@@ -166,7 +166,7 @@ void TurnIntoGauge(Gauge gauge, Restated* restated) {
                                  RoundedText(AngleDeg(rotation), 3) +
                                  " deg, to the frame convention " + std::string(GaugeName(gauge)));
   }
-  // The other triangle is zero except for rounding.
+  // The elements in the other triangle are zero up to rounding; they are set to zero.
   if (gauge == Gauge::kAccelX) lead = lead.triangularView<Eigen::Lower>();
   if (gauge == Gauge::kAccelZ) lead = lead.triangularView<Eigen::Upper>();
 }
@@ -361,7 +361,7 @@ Result<Restated> Restate(const Calibration& calibration,
     if (!format.capacity[triad].held) {
       restated.notes.emplace_back(Name(triad) + ": dropped: " + std::string(format.info.name) +
                                   " does not support it");
-      continue;  // It may be the leading sensor, so it is kept until the frame is turned.
+      continue;  // The sensor may define the frame, so it is removed only after the rotation.
     }
     any = true;
     TRUETRIAD_RETURN_IF_ERROR(

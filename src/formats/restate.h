@@ -16,13 +16,13 @@ namespace truetriad {
 
 // A calibration as a format can hold it.
 struct Restated {
-  // The whole calibration in the body frame of the format and the units of the calibration.
+  // The whole calibration, in the body frame of the format and in the calibration's own units.
   Calibration whole;
   // The part that the format can hold, in the format's units. Each output_unit is the unit of the
-  // consumer's result.
+  // target's result.
   Calibration held;
   PerTriad<double> reading_per_raw;   // the format's reading units in one raw unit
-  PerTriad<double> truth_per_result;  // true units in one unit of the consumer's result
+  PerTriad<double> truth_per_result;  // true units in one unit of the target's result
   // For each sensor: the rotation from the body frame of `whole` to that of the original.
   PerTriad<Eigen::Matrix3d> rotation = {
       {Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Identity()}};
@@ -33,8 +33,8 @@ struct Restated {
   std::vector<std::string> warnings;
 };
 
-// Restates gauge and units exactly. If the format has a limit (left), the calibration is reduced to
-// it (right):
+// Converts gauge and units exactly. If the format has one of the limits on the left, the
+// calibration is reduced as stated on the right:
 //   lower order of the bias            polynomial through Chebyshev points of the calibrated range
 //   no temperature terms               values at options.temperature_degc
 //   diagonal matrix                    diag(C)
@@ -58,10 +58,11 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double high,
                                  int degree);
 
-// The errors of the results of `equation`. `restated.whole` predicts the readings: for truths on a
-// sphere (its radius is gravity, field strength or pi rad/s), at the calibrated temperatures.
-// `calibration` is the original; its covariance gives the σ of each corrected reading. If the
-// format drops terms in the rate of temperature, only at_rates contains their effect.
+// The errors of the results of `equation`, for truths on a sphere (its radius is gravity, field
+// strength or pi rad/s), at the calibrated temperatures. `restated.whole` predicts the readings for
+// these truths. `calibration` is the original; its covariance gives the σ of each corrected
+// reading. If the format drops terms in the rate of temperature, only at_rates contains their
+// effect.
 ExportLoss LossOf(Triad triad,
                   const Equation& equation,
                   const Restated& restated,

@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kReadings = ": readings in ";
 constexpr std::string_view kResult = ", result in ";
 
-/// True units in one raw unit. Error: counts of unknown size.
+/// True units in one raw unit. Error: the readings are counts of unknown size.
 Result<double> TruthPerRaw(const AllanTriad& found) {
   if (!found.unit.is_counts) return found.unit.truth_per_raw;
   if (found.si_per_count) return *found.si_per_count;

@@ -54,7 +54,7 @@ std::string CommentText(std::string_view prefix, const std::vector<std::string>&
 /// Words about the unit that every exported calibration contains; IsExport searches for them. The
 /// program's version stands between the two constants below.
 std::string UnitPhrase(const std::string& serial);
-/// The serial number, or words that say that there is none.
+/// The serial number, or, without a serial number, words that say so.
 std::string UnitName(const std::string& serial);
 inline constexpr std::string_view kExportedBy = "Exported by truetriad ";
 inline constexpr std::string_view kWasCalibrated = "; calibrated ";

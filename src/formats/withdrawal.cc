@@ -46,7 +46,8 @@ Result<bool> IsExport(const fs::path& path, const std::optional<std::string>& se
     file.read(part.data(), static_cast<std::streamsize>(part.size()));
     const std::size_t said = part.find(kExportedBy);
     if (said != std::string::npos && part.find(kWasCalibrated, said) != std::string::npos) {
-      // If a file may hold the serial number in escaped form, any export counts.
+      // If the file may hold the serial number in escaped form, every export counts as one of this
+      // unit.
       if (!serial || serial->find_first_of("\"\\*") != std::string::npos ||
           PrintableLine(*serial) != *serial)
         return true;
@@ -75,7 +76,7 @@ Result<std::vector<std::string>> WithdrawExports(
         folders.push_back(entry->path());
       }
       const bool is_file = entry->is_regular_file(vanished);
-      // Inputs of this command are left alone.
+      // Files that this command itself reads as inputs are not renamed.
       if (!is_file || written.contains(path) || InputGuard::Holds(path)) continue;
       TRUETRIAD_ASSIGN_OR_RETURN(const bool is_export, IsExport(path));
       if (!is_export) continue;

@@ -46,13 +46,15 @@ using Eigen::VectorXd;
 
 enum class Method { kAxisAligned, kLeastSquares, kConstrained };
 
-// Chosen: a fit that needs more rounds moves along a direction that the data do not determine.
+// Chosen: if a fit needs more rounds, it moves in a direction that the data do not determine.
 constexpr int kMaxRounds = 30;
 // The fit has converged when centre and radii of the unit sphere change by less than this.
 constexpr double kSettled = 1e-10;
-// Chosen: no sensor has noise of a tenth of the radius, so such a residual has another cause.
+// Chosen: no sensor has noise of a tenth of the radius. If residuals are larger than this, they
+// have another cause.
 constexpr double kMuchScatter = 0.1;
-// Least conditioning: below it, the smallest singular value of the design matrix is rounding error.
+// The least conditioning. If it is smaller, the smallest singular value of the design matrix is
+// rounding error.
 constexpr double kMinConditioning = 1e-7;
 
 // z = whitening (y - centre).
@@ -94,7 +96,7 @@ MatrixXd Design(const Eigen::Matrix3Xd& points, Method method) {
   return design;
 }
 
-// `coefficients` are those of the columns of Design.
+// `coefficients` has one entry for each column of Design.
 Quadric QuadricOf(const VectorXd& coefficients, double level) {
   Quadric quadric;
   quadric.level = level;
@@ -178,9 +180,10 @@ double Conditioning(const Eigen::Matrix3Xd& points, Method method) {
   return singular(singular.size() - 1) / singular(0);
 }
 
-// Mean square distance from the ellipsoid of `frame`, measured in the frame `start`, to first
-// order: F / |grad F| of F = |z|^2 - 1. Sampson 1982. All candidates are measured in one frame,
-// because a diverged ellipsoid has a small residual in its own frame.
+// The mean square distance of the points from the ellipsoid of `frame`, measured in the frame
+// `start`. The distance is computed to first order as F / |grad F| with F = |z|^2 - 1 (Sampson
+// 1982). All candidates are measured in one frame, because a diverged ellipsoid has a small
+// residual in its own frame.
 double GeometricResidual(const std::vector<Vector3d>& points,
                          const Frame& frame,
                          const Frame& start) {
@@ -253,8 +256,8 @@ Result<Ellipsoid> BestFit(const std::vector<Vector3d>& points, const std::vector
   ellipsoid.conditioning = Conditioning(sphere, methods.front());
   ellipsoid.relative_rms = std::sqrt((sphere.colwise().norm().array() - 1.0).square().mean());
   // If the conditioning is below the residual, scatter determines the ellipsoid: the readings are
-  // near a plane, or on a small cap. The axis-aligned fit is exempt: a tilted ellipsoid leaves a
-  // residual in this fit that is not scatter.
+  // near a plane, or on a small cap. This does not hold for the axis-aligned fit, in which a tilted
+  // ellipsoid leaves a residual that is not scatter.
   const double least = methods.front() == Method::kAxisAligned ? 0.0 : ellipsoid.relative_rms;
   if (ellipsoid.conditioning > std::max(kMinConditioning, least)) return ellipsoid;
   if (ellipsoid.relative_rms < kMuchScatter) return undetermined;

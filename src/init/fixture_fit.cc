@@ -15,13 +15,14 @@
 namespace truetriad {
 namespace {
 
-// Fourteen unknowns (nine of the matrix, three of the bias, two angles), three equations a pose.
+// Fourteen unknowns (nine of the matrix, three of the bias, two angles); each pose gives three
+// equations.
 constexpr std::size_t kFewestPoses = 5;
 constexpr int kGridPoints = 100;  // About 14 degrees apart on half of the sphere.
-// Only a bound: from 14 degrees away, Gauss-Newton converges in a few steps.
+// Only a bound: if it starts up to 14 degrees away, Gauss-Newton converges in a few steps.
 constexpr int kMostSteps = 50;
 // Chosen: pivots of the field's directions in the body below this share of the largest count as
-// zero; the attitudes are then turns about one axis.
+// zero; if one is zero, the attitudes are turns about a single axis.
 constexpr double kThin = 1e-3;
 
 // The fit of matrix and bias for one direction of the field.

@@ -18,15 +18,16 @@ struct KnownFieldFit {
   Eigen::MatrixXd residual;  ///< One row per reading.
   bool is_determined = false;
 };
-/// `thin`: pivots below this share of the largest count as zero; the default is rounding.
+/// `thin`: pivots below this share of the largest count as zero; the default corresponds to
+/// rounding.
 KnownFieldFit FitKnownField(const std::vector<Eigen::Vector3d>& readings,
                             const std::vector<Eigen::Vector3d>& fields,
                             double thin = 4.0 * std::numeric_limits<double>::epsilon());
 
-/// A triad in attitudes that a fixture states, in a field of unknown direction.
+/// The fit of a triad in attitudes that a fixture states, in a field of unknown direction.
 struct FixtureFit {
   TriadModel<double> model;  ///< In the body frame that the attitudes define.
-  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Of the field in the fixture, unit.
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  ///< Of the field in the fixture.
 };
 
 /// Least squares for y = S R_k^T (strength * u) + b with a full S and an unknown unit vector u. For

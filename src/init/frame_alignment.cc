@@ -79,7 +79,8 @@ struct Minimum {
   double curvature = 0.0;  // Smallest eigenvalue of the Gauss-Newton Hessian.
 };
 
-// Whether a and b are one minimum: less than 0.01 rad apart. 3 - tr = angle^2 for small angles.
+// Whether a and b are the same minimum: they are less than 0.01 rad apart. 3 - tr = angle^2 for
+// small angles.
 bool AreSame(const Matrix3d& a, const Matrix3d& b) { return 3.0 - a.cwiseProduct(b).sum() < 1e-4; }
 
 // Levenberg-Marquardt on R Exp(omega); nullopt as soon as it runs into a minimum already found.
@@ -134,7 +135,7 @@ Matrix3d FrameOf(const Vector3d& first, const Vector3d& second) {
   return frame;
 }
 
-// Moments of the pairs; about their mean if the cosine is unknown.
+// The moments of the pairs. If the cosine is unknown, they are moments about the mean.
 struct PairMoments {
   Moments moments;
   Vector9d mean = Vector9d::Zero();
@@ -163,7 +164,7 @@ PairMoments MomentsOf(const std::vector<Vector3d>& up_in_body,
 }
 
 // Homogeneous start: the direction of r in which h^T r varies least, with the sign that gives the
-// determinant. This start also serves if the cosine is known, since a descent follows.
+// determinant. This start is also used if the cosine is known, since a descent follows.
 Matrix3d HomogeneousStart(const Matrix9d& centred, int determinant) {
   const Vector9d least = EigenOfSymmetric(centred).vectors.col(0);
   Matrix3d homogeneous = least.reshaped(3, 3);
@@ -202,7 +203,7 @@ Result<std::vector<FrameAlignment>> AlignFrames(const std::vector<Vector3d>& up_
     FrameAlignment alignment;
     alignment.rotation = minimum->rotation;
     alignment.cosine = known_cosine != nullptr ? *known_cosine : mean.dot(Vec(minimum->rotation));
-    double sum = 0.0;  // Summed over the pairs, since in an exact fit the moments cancel.
+    double sum = 0.0;  // Pair by pair, since moments of an exact fit lose all digits.
     for (std::size_t k = 0; k < pairs; ++k) {
       const double cosine = up_in_body[k].dot(alignment.rotation * field_in_triad[k]);
       sum += std::pow(cosine - alignment.cosine, 2);

@@ -25,15 +25,16 @@ using Matrix312 = Eigen::Matrix<double, 3, 12>;
 using Vector12 = Eigen::Matrix<double, 12, 1>;
 using Vector9 = Eigen::Matrix<double, 9, 1>;
 
-// A bound only: each step squares the error of the step before; 8 squarings end at rounding.
+// Only a bound: each step squares the error of the last one, so that 8 steps end at rounding.
 constexpr int kRefinements = 8;
-// Last Gauss-Newton step, as a share of the sensitivity: a further step would be its square, 1e-10.
+// If a Gauss-Newton step is below this share of the sensitivity, it is the last: a further step
+// would change the sensitivity by the square of this, 1e-10.
 constexpr double kSmallStep = 1e-5;
-// Chosen: a turn with more than 10 times the median error is an outlier and is left out.
+// Chosen: a turn whose error exceeds 10 times the median error is an outlier and left out.
 constexpr double kWildMiss = 10.0;
 // Chosen: readings within 50 ms are averaged into one, which is enough for a start.
 constexpr double kLongestStepS = 0.05;
-// An error below this share of a direction's length is rounding; no turn of exact data is left out.
+// An error below this share of a direction's length is rounding. No turn of exact data is left out.
 constexpr double kExact = 1e-9;
 // Chosen: if the smallest singular value is below this share of the largest, the turns are about
 // too few axes.
@@ -59,7 +60,7 @@ Matrix39 DirectionChange(const DirectionMove& move, const Eigen::Vector3d& bias_
   return change;
 }
 
-// The turn with fewer readings, each of which is the mean over up to kLongestStepS.
+// The turn with fewer readings: each new reading is a mean over at most kLongestStepS.
 GyroMove Condensed(const GyroMove& move) {
   const std::size_t count = move.time_s.size();
   GyroMove condensed;
@@ -74,7 +75,7 @@ GyroMove Condensed(const GyroMove& move) {
       time_s += move.time_s[end];
       reading += move.reading_raw[end];
     }
-    if (end == begin) {  // Readings farther apart than kLongestStepS.
+    if (end == begin) {  // The readings are farther apart than kLongestStepS.
       time_s = move.time_s[end];
       reading = move.reading_raw[end++];
     }
@@ -145,7 +146,8 @@ NormalOfMoves NormalOf(const std::vector<DirectionMove>& moves, const RateScale&
   return normal;
 }
 
-// `what`: such as "the motion does", to which the message adds "not cover".
+// `what`: the subject and the verb of the message, such as "the motion does"; " not cover …"
+// follows.
 Error AxesMissing(const std::string& what) {
   return NotEnoughError(Finding(FindingCode::kTurnAxesMissing,
                                 "gyroscope: " + what + " not cover all of its axes",
@@ -181,8 +183,8 @@ Result<Eigen::Matrix3d> FindGyroSensitivity(const std::vector<DirectionMove>& mo
   const Vector9 solution = svd.x;
   const Eigen::Matrix3d correction = solution.reshaped(3, 3);
   GyroModel model{{correction.inverse(), bias_raw}};
-  // This start is contaminated by the unit's own acceleration during the moves; Gauss-Newton
-  // refines it from the directions at rest alone.
+  // The unit's own acceleration during the moves distorts this start. Gauss-Newton refines it from
+  // the directions at rest alone.
   std::vector<Matrix39> by_sensitivity(moves.size());
   std::vector<Eigen::Vector3d> missed(moves.size());
   std::vector<double> sizes(moves.size());

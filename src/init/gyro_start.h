@@ -11,10 +11,10 @@
 
 namespace truetriad {
 
-/// A turn, with a direction that is fixed in the world (such as up) as seen in the body frame.
+/// A turn, and how a direction that is fixed in the world, such as up, appears in the body frame.
 struct DirectionMove {
   GyroMove move;
-  Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector, at rest.
+  Eigen::Vector3d before = Eigen::Vector3d::UnitZ();  ///< Unit vector at rest before the turn.
   Eigen::Vector3d after = Eigen::Vector3d::UnitZ();
   /// The direction at each gyroscope reading, of any length; the motion may disturb it.
   std::vector<Eigen::Vector3d> direction;

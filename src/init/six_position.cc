@@ -25,8 +25,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A reading is nearer to its face than to the next by 90 deg less twice the tilt, so that a block
-// tilted by up to 35 deg still determines its face.
+// If a block is tilted, its reading is nearer to its face than to the next face by 90 deg minus
+// twice the tilt. A block that is tilted by up to 35 deg thus still determines its face.
 constexpr double kMinFaceMarginRad = 20.0 * kRadPerDeg;
 
 std::string NameOf(int face) { return kFaceNames[static_cast<std::size_t>(face)]; }
@@ -65,7 +65,8 @@ Result<TriadModel<double>> SixFaceExtremes(const std::vector<Vector3d>& readings
   const Vector3d half_range = 0.5 * (largest - smallest);
   model.sensitivity = (half_range / gravity_mps2).asDiagonal();
 
-  // If an axis was never up, its extreme is a reading with another axis up, so its face is missing.
+  // If an axis was never up, the extreme reading of this axis was taken with another axis up, and
+  // the face is missing.
   std::vector<int> faces;
   for (const Vector3d& reading : readings) {
     const Vector3d direction = (reading - model.bias).cwiseQuotient(half_range);
@@ -111,7 +112,8 @@ Result<TriadModel<double>> SixPosition(const std::vector<Vector3d>& readings,
   CHECK_GT(gravity_mps2, 0.0);
   CHECK_EQ(readings.size(), faces.size());
   TRUETRIAD_RETURN_IF_ERROR(CheckFaces(faces));
-  // Averages each face first, so that a face with more rests weighs no more than its opposite.
+  // First averages the rests of each face, so that a face with more rests has no more weight than
+  // the opposite face.
   std::array<Vector3d, 6> sum;
   sum.fill(Vector3d::Zero());
   std::array<double, 6> count{};

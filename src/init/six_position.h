@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-/// Six-face extremes: bias = half the sum of each axis' largest and smallest reading, gain = half
-/// their difference over g; no misalignment. Error (not enough): an axis was not within 45 degrees
-/// of up in one reading and of down in another.
+/// Calibrates from the extremes of each axis: the bias is half the sum of its largest and smallest
+/// reading, the gain half their difference over g; no misalignment. Error (not enough): an axis was
+/// not within 45 degrees of up in one reading and of down in another.
 Result<TriadModel<double>> SixFaceExtremes(const std::vector<Eigen::Vector3d>& readings,
                                            double gravity_mps2);
 

@@ -38,7 +38,7 @@ struct AppliedCorrection {
 };
 
 /// Reads one triad's entry of `applied:`: `none` (nullopt) or a map of offset, scale, matrix and
-/// thermal. Errors are recorded in `yaml`; the word `unknown` is an error.
+/// thermal. Errors, including the word `unknown`, are recorded in `yaml`.
 std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml);
 
 }  // namespace truetriad

@@ -78,7 +78,8 @@ std::int64_t BurstWindows::StampedRow(const Window& window) const {
 }
 
 Result<bool> BurstWindows::MeasureFirstInterval(const Window& first, bool at_end) {
-  // Takes the shortest of three intervals: a lost window lengthens its interval, none is too short.
+  // Takes the shortest of three intervals: a lost window makes an interval longer, and nothing
+  // makes one shorter.
   constexpr int kIntervals = 3;
   std::int64_t shortest_ns = 0;
   Window earlier = first;
@@ -123,7 +124,8 @@ Result<std::optional<BurstWindows::Window>> BurstWindows::WindowAt(std::size_t b
     if (number == window.number) TRUETRIAD_RETURN_IF_ERROR(TakeTime(stated, &window));
   }
   if (window.time_ns != CsvReader::kMissingTime) return std::optional(window);
-  // If the file is cut, the row with the time may be missing; the usual interval is assumed.
+  // If the file is cut off, the row with the time of the last window may be missing. The usual
+  // interval is then assumed.
   if (window.is_cut && last_ && window.number == last_->number + 1) {
     window.time_ns = last_->time_ns + interval_ns_;
     window.has_one_time = false;
@@ -180,9 +182,10 @@ Status BurstWindows::CheckTimedRow(const Window& window) const {
 Status BurstWindows::MeasureInterval(const Window& earlier,
                                      const Window& later,
                                      std::int64_t rows) {
-  // An interval of over this many usual ones is a gap; a lost window doubles its interval.
+  // If an interval exceeds the usual one by more than this factor, it is a gap; a lost window
+  // doubles the interval.
   constexpr double kGap = 1.5;
-  constexpr int kMostGapsAlike = 2;  // A third gap of about the same length is the interval.
+  constexpr int kMostGapsAlike = 2;  // A third such gap in a row is the usual interval.
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,

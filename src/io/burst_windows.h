@@ -19,9 +19,9 @@ namespace truetriad {
 /// per window.
 ///
 /// A chip's FIFO is read when it holds `size` samples. The time of a window is that of its last
-/// sample. One row states it, the same in each window, or all rows do. Samples are spaced evenly
-/// from the time of the previous window to that of their own; in the first window and after a gap,
-/// as in the neighbouring windows.
+/// sample. One row states it, the same in each window, or all rows do. The samples of a window are
+/// spaced evenly from the time of the previous window to that of their own window. In the first
+/// window and after a gap, they are spaced as in the neighbouring windows.
 class BurstWindows {
  public:
   static constexpr std::int64_t kMost = 65536;  ///< Rows. FIFOs hold fewer; bounds the memory.
@@ -29,7 +29,8 @@ class BurstWindows {
   /// `size`: 2 … kMost rows per window; the first row of the file begins a window.
   BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}
 
-  /// Adds the time on a row without a reading. Call it before Spread with later rows.
+  /// Adds the time that a row without a reading states. Must be called before Spread is called with
+  /// later rows.
   void AddTime(std::int64_t row, std::int64_t time_ns, std::int64_t line);
 
   /// Adds samples; the time of a row without one is CsvReader::kMissingTime. `lines` are the lines
@@ -38,7 +39,7 @@ class BurstWindows {
   Result<SampleBlock> Spread(const SampleBlock& block, const std::vector<std::int64_t>& lines);
 
   /// The remaining samples at the end of the file. If the last window is cut short and has no time,
-  /// it follows after the usual interval. Error: as Spread, or there is only one window.
+  /// the usual interval is assumed. Error: as for Spread, or there is only one window.
   Result<SampleBlock> Finish(Triad triad);
 
  private:
@@ -69,9 +70,10 @@ class BurstWindows {
   Status CheckTimedRow(const Window& window) const;
   /// The row, counted from 1, that the time of a window after the first belongs to. In a complete
   /// window this is the last row. If a window is cut short, some loggers state the time of the last
-  /// existing row: the row is taken for which the interval is closer to the usual one.
+  /// existing row: of both rows, the one is taken with which the interval is closer to the usual
+  /// one.
   std::int64_t StampedRow(const Window& window) const;
-  /// Measures the interval for the first window. False: more rows must be read first.
+  /// Measures the interval for the first window. Returns false if more rows must be read first.
   Result<bool> MeasureFirstInterval(const Window& first, bool at_end);
   /// Measures the interval; the time of `later` belongs to its row `rows`, counted from 1. Error:
   /// `later` is not after `earlier`.
@@ -83,7 +85,7 @@ class BurstWindows {
   HeldSamples waiting_;              ///< The samples returned last, then those that wait.
   std::vector<std::int64_t> lines_;  ///< The lines of these samples.
   std::size_t done_ = 0;             ///< Number of samples returned last.
-  std::deque<Stated> other_times_;   ///< Times on rows without a reading, in waiting windows.
+  std::deque<Stated> other_times_;   ///< Times from rows without a reading, for waiting windows.
   std::optional<Window> last_;       ///< The last window with computed times.
   std::optional<Window> timed_;      ///< The last window with its time on one row only.
   std::int64_t interval_ns_ = 0;     ///< Interval between two windows; 0: unknown.

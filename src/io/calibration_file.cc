@@ -135,7 +135,7 @@ std::string ConfigBlock(const std::string& config_yaml) {
 
 // Whether variances and correlations are valid up to rounding.
 bool IsCovariance(const Eigen::MatrixXd& matrix) {
-  constexpr double kRounding = 1e-6;  // 1e-16 times a condition number of 1e10.
+  constexpr double kRounding = 1e-6;  // Rounding, 1e-16, times a condition of 1e10.
   if (matrix.size() == 0) return true;
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0) return false;
   const Eigen::VectorXd sigma = matrix.diagonal().cwiseSqrt();
@@ -160,7 +160,7 @@ void ReadCovariance(YamlReader reader, NamedCovariance* covariance) {
   reader.RejectUnknown();
 }
 
-/// The mode that follows from the experiment; older files state it nowhere else.
+/// The mode, derived from the experiment: older files do not state the mode itself.
 Mode ModeOfConfig(YamlReader config) {
   if (!config.IsMap()) return Mode::kPoses;
   YamlReader poses = config.Child("poses");
@@ -169,8 +169,8 @@ Mode ModeOfConfig(YamlReader config) {
   return poses.Child("sweep") ? Mode::kSweep : Mode::kPoses;
 }
 
-/// The text below the top-level key `config:`, moved to the left margin. It is the text and not the
-/// parsed value, so that comments (which mark the defaults) and the form of numbers are kept.
+/// The text below the top-level key `config:`, moved to the left margin. The text is kept instead
+/// of the parsed value, since comments in it mark the defaults, and numbers keep their form.
 std::string ConfigText(const std::string& text) {
   constexpr std::string_view kKey = "config:";
   std::istringstream lines(text);
@@ -230,7 +230,7 @@ Result<Calibration> CalibrationFromYaml(const std::string& text, const std::stri
     reader.Child("format").Fail("`" + format + "` is not supported; this truetriad reads " +
                                 std::string(kFormat));
   }
-  // In a file of another kind or version all further errors would be meaningless.
+  // If the file is of another kind or version, all further errors would be meaningless.
   TRUETRIAD_RETURN_IF_ERROR(reader.status());
 
   Calibration calibration;

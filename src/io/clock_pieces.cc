@@ -10,8 +10,8 @@ namespace truetriad {
 namespace {
 
 // Chosen: a piece has at least this many rows, and at its end time goes back by more than this many
-// intervals. Rows that are out of order go back by less, or again after fewer rows; the reader
-// refuses them.
+// intervals. If rows are out of order, the time goes back by less, or goes back again after fewer
+// rows. The reader refuses such rows.
 constexpr std::int64_t kFewestRows = 20;
 
 }  // namespace
@@ -21,7 +21,8 @@ bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
   const std::int64_t back_ns = *last_ns_ - stated_ns;
   if (rows_ < kFewestRows || back_ns <= 0 || (back_ns - 1) / kFewestRows < spacing_ns_)
     return false;
-  // If the shifted times would exceed the range of times, the reader refuses the file, too.
+  // If the shifted times exceeded the range of times, the times are not shifted, and the reader
+  // refuses the file.
   return back_ns <= CsvReader::kFarthestTime - shift_ns_ - spacing_ns_;
 }
 

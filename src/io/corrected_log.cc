@@ -11,7 +11,8 @@
 namespace truetriad {
 namespace {
 
-/// Corrects the readings of the triads that the calibration covers, and counts what it does.
+/// Corrects the readings of the triads that the calibration covers, and collects the numbers of the
+/// summary.
 class Correction : public ReadingChange {
  public:
   /// Error: the calibration is unusable, covers no triad of the recording, or cannot correct a

@@ -119,7 +119,8 @@ char FindSeparator(std::string_view line) {
              : '\t';
 }
 
-/// The separator in a line such as `sep=;`, which spreadsheets write first; 0 for other lines.
+/// The separator that a line such as `sep=;` states, which spreadsheets write as the first line; 0
+/// for other lines.
 char SeparatorStated(std::string_view line) {
   line = Unquoted(Trimmed(line));
   if (EqualsIgnoringCase(line, "sep=")) return '\t';  // Trimmed removed the tab.
@@ -188,8 +189,8 @@ bool NumberTheirRows(const std::vector<std::string_view>& rows, char separator) 
 }
 
 /// Whether the rows of a table begin with row numbers that the header `names` does not name, as
-/// pandas and R write them. If the header lacks its last name instead, the first column is a
-/// reading or a time, which does not count rows from 0 or 1.
+/// pandas and R write them. If the header lacks the last name instead, the first column is a
+/// reading or a time, which does not count from 0 or 1.
 bool LeavesOutRowNumbers(const std::vector<std::string_view>& names,
                          const std::vector<std::string_view>& rows,
                          char separator) {

@@ -15,7 +15,8 @@
 
 namespace truetriad {
 
-/// The layout of a text table; what is not stated is determined from its first lines.
+/// The layout of a text table. Properties that are not stated are determined from the first lines
+/// of the table.
 struct CsvLayout {
   /// kAuto: the first line is a header if it holds no number; a line of column numbers, 0,1,2,…, is
   /// skipped.
@@ -49,7 +50,8 @@ class CsvReader {
   /// Opens the file and reads its header. Error: as TextFile::Open, or there are no data rows.
   static Result<std::unique_ptr<CsvReader>> Open(const std::string& path, const CsvLayout& layout);
 
-  /// As Open with a default layout, but reads the file in small parts; one part holds most headers.
+  /// As Open with a default layout, but reads the file in small parts. For most files, one part
+  /// contains the whole header.
   static Result<std::unique_ptr<CsvReader>> OpenHead(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
@@ -108,7 +110,8 @@ class CsvReader {
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
   const char* ParseValue(const char* p, Column* column, std::size_t row);
-  /// As ParseValue, for a value between quotation marks; empty marks are a missing value.
+  /// Like ParseValue, but for a value between quotation marks; if they are empty, the value is
+  /// missing.
   const char* ParseQuoted(const char* p, Column* column, std::size_t row);
   static void SetMissing(Column* column, std::size_t row);
   Error FieldError(const char* line_begin, std::size_t column) const;
@@ -116,7 +119,8 @@ class CsvReader {
   Error CutOffError() const;
   /// True for a repeated header line.
   bool IsHeader(const char* line_begin) const;
-  /// True for a last line without '\n'. If such a line is malformed, it was only half written.
+  /// Whether `line` is the last line of the file and has no '\n'. If such a line is malformed, it
+  /// was only half written.
   bool IsCutOff(std::string_view line) const;
   Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
 

@@ -32,8 +32,8 @@ inline bool ScanDecimal(const char* text, Decimal* decimal) {
   const char* p = text;
   decimal->negative = *p == '-';
   // A processor cannot predict the signs of readings, so neither this function nor ToDouble
-  // branches on them. (Reading eight digits at a time was measured too: it is slower for numbers as
-  // short as these.)
+  // branches on them. (Reading eight digits at a time was also measured; for such short numbers it
+  // is slower.)
   p += static_cast<int>(*p == '-') | static_cast<int>(*p == '+');
   decimal->digits_begin = p;
   std::uint64_t mantissa = 0;

@@ -42,14 +42,15 @@ class FieldReader {
   static constexpr bool kReads = true;
   explicit FieldReader(YamlReader map) : map_(std::move(map)) {}
 
-  /// True if the value was read. The last argument is for writers: the choice that replaced `auto`.
+  /// True if the value was read. Only writers use the last argument, the choice that replaced
+  /// `auto`.
   template <typename Value, typename Kind, typename... Chosen>
   bool operator()(std::string_view key, Value&& value, const Kind& kind, const Chosen&...) {
     return ReadAs(kind, Child(key), &value);
   }
 
-  /// Reads whichever of the keys is present; two at once are an error. The range applies to the
-  /// number as written.
+  /// Reads the key that is present; two of the keys at once are an error. The permitted range
+  /// applies to the number as written in the file.
   template <typename Value, typename Kind>
   bool operator()(const QuantityKeys& keys, Value& value, const Kind& kind) {
     const QuantityKey* found = nullptr;
@@ -92,19 +93,20 @@ class FieldReader {
     }
   }
 
-  /// Unless `holds`, records an error: at the map if `key` is empty, else at the value of `key` if
-  /// the map has one. A value that should be a map but is not already has an error.
+  /// If `holds` is false, records an error: at the map if `key` is empty, otherwise at the value of
+  /// `key`, if the map has this key. If the value should be a map but is not, it has an error
+  /// already, and none is added.
   void Expect(bool holds, const std::string& problem, std::string_view key = "") {
     if (holds || !(key.empty() ? map_.IsMap() : Has(key))) return;
     (key.empty() ? map_ : YamlReader(map_.Child(key))).Fail(problem);
   }
-  /// Records an error if the map lacks `key`. A value that is not a map already has an error.
+  /// Records an error if the map lacks `key`. If the value is not a map, it has an error already.
   void Require(std::string_view key) {
     if (map_.IsMap()) map_.RequireChild(key);
   }
 
-  // Questions of a list of fields about a key. A reader answers from the file. A writer answers
-  // with the second argument, which follows from the present value.
+  // A list of fields uses these functions to ask about a key. A reader answers from the file. A
+  // writer returns the second argument, which follows from the present value.
   bool Has(std::string_view key) { return bool(Child(key)); }
   bool IsMap(std::string_view key, bool) { return Child(key).IsMap(); }
   bool IsList(std::string_view key, bool) { return Child(key).IsSequence(); }

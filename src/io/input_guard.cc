@@ -11,7 +11,7 @@
 namespace truetriad {
 namespace {
 
-/// Device and inode number: the same for all names of a file.
+/// Device and inode number. They are the same for all names of a file.
 using FileIdentity = std::pair<dev_t, ino_t>;
 
 struct Guarded {

@@ -17,7 +17,8 @@ class InputGuard {
   InputGuard(const InputGuard&) = delete;
   InputGuard& operator=(const InputGuard&) = delete;
 
-  /// Registers a file that is read; ignored without a guard or if `path` is not a regular file.
+  /// Registers a file that is read. Does nothing without a guard or if `path` is not a regular
+  /// file.
   static void Add(const std::string& path);
   static bool Holds(const std::string& path);
   /// The error for an output `path` that is a registered file.

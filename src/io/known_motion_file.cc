@@ -41,7 +41,8 @@ void TimeFields(FieldReader& visit, TimeRange* times) {
   *times = {std::llround(kNsPerS * start_s), std::llround(kNsPerS * end_s)};
 }
 
-/// A motion's place: `first` and `last`, `start_s` and `end_s`, or a pose's number at `pose_key`.
+/// Where in the recording a motion happens: `first` and `last`, `start_s` and `end_s`, or a pose's
+/// number at `pose_key`.
 void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* place) {
   place->stated_in = visit.map().file() + ":" + std::to_string(visit.map().line());
   const bool has_pose = visit.Has(pose_key);
@@ -50,8 +51,9 @@ void PlaceFields(FieldReader& visit, std::string_view pose_key, MotionPlace* pla
   const int ways = int{has_pose} + int{has_times} + int{has_rows};
   const std::string known =
       "`first` and `last`, `start_s` and `end_s`, or `" + std::string(pose_key) + "`";
-  visit.Expect(ways > 0, "states no place in the recording; expected " + known);
-  visit.Expect(ways < 2, "states its place in several ways; keep either " + known);
+  visit.Expect(ways > 0, "does not state where in the recording it happens; expected " + known);
+  visit.Expect(ways < 2,
+               "states in several ways where in the recording it happens; keep either " + known);
   visit(pose_key,
         place->pose,
         Range{.lowest = 1.0,

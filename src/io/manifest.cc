@@ -97,7 +97,8 @@ bool ReadAs(Separator, YamlReader reader, char* separator) {
   return false;
 }
 
-/// Conversion of a chip's temperature register: `scale` units per count, `offset` at 0 counts.
+/// The conversion of a chip's temperature register: `scale` is the number of units per count,
+/// `offset` the temperature at 0 counts.
 void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
   double scale = 1.0, offset = 0.0;
   visit("scale", scale, kAnyNumber);
@@ -134,7 +135,8 @@ bool TemperatureField(FieldReader& visit,
   return temperature->has_value();
 }
 
-/// Reads the corrections that the readings already have: one word, or an entry per triad.
+/// Reads `applied:`, the corrections that were applied to the readings already: one word, or an
+/// entry per triad.
 void ReadApplied(YamlReader applied,
                  const PerTriad<bool>& left_out,
                  std::vector<ManifestStream>* streams) {
@@ -302,9 +304,9 @@ Result<FileLayout*> FileOf(const ManifestStream& stream,
     if ((*stated)[i] != stream.csv) {
       return stream.stated->ErrorHere(
           ErrorCode::kDoesNotMatch,
-          "shares " + file.csv->path() +
-              " with another stream; state the same separator, skip_lines, header and "
-              "ragged for both");
+          "is in the same file (" + file.csv->path() +
+              ") as another stream; state the same separator, skip_lines, header and ragged for "
+              "both");
     }
     return &file;
   }

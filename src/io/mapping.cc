@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// One way in which a file may hold a triad, described like a stream of a manifest.
+/// One possible layout of a triad in a file, described like a stream of a manifest.
 struct Candidate {
   int input = 1;  ///< Number of the input, from 1.
   ManifestStream stream;

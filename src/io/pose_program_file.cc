@@ -31,7 +31,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
   }
   Eigen::Quaterniond attitude(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
   const double length_error = std::abs(attitude.norm() - 1.0);
-  // Negated, so that a length that is NaN is refused, too.
+  // The condition is negated, so that a length that is NaN is refused as well.
   if (!(length_error <= kUnitLengthTolerance)) {
     reader.Fail("is not a rotation; expected a quaternion [qw, qx, qy, qz] of length 1");
     return;
@@ -41,7 +41,7 @@ void ReadAttitude(YamlReader reader, Eigen::Quaterniond* world_from_body) {
 }
 
 void PoseFields(FieldReader& visit, ProgramPose& pose) {
-  visit.Has("number");  // For human readers only; poses keep the order of the file.
+  visit.Has("number");  // For people; poses keep the order of the file.
   visit.Require("attitude");
   ReadAttitude(visit.Child("attitude"), &pose.world_from_body);
   visit("temperature_degc", pose.temperature_degc, kTemperatureDegc);
@@ -59,7 +59,7 @@ std::string PoseProgramToYaml(const PoseProgram& program) {
 Result<PoseProgram> ReadPoseProgram(const std::string& path) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader root, YamlReader::FromFile(path));
   if (!root.Child("program")) {
-    // In a file of another kind each entry would have several errors.
+    // If the file is of another kind, each entry would have several errors; one error is enough.
     return Error(ErrorCode::kWrongFormat,
                  {path, root.line()},
                  "program: is missing, so this is not a pose program; expected `program: "

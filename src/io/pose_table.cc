@@ -25,7 +25,8 @@ constexpr std::array<std::string_view, 4> kAttitude = {"qw", "qx", "qy", "qz"};
 struct TriadColumns {
   Triad triad = Triad::kAccelerometer;
   std::array<std::size_t, 3> axes{};
-  std::optional<std::array<std::size_t, 3>> sigma;  ///< A common column is listed three times.
+  std::optional<std::array<std::size_t, 3>>
+      sigma;  ///< A column for all axes is listed three times.
   double raw_per_sigma_unit = 1.0;
 };
 
@@ -228,12 +229,12 @@ bool StandAlike(const StaticPose& a, const StaticPose& b) {
          a.attitude->world_from_body.coeffs() == b.attitude->world_from_body.coeffs();
 }
 
-/// Finds rows whose readings equal those of an earlier row to the last bit. Sensors have noise:
-/// such rows are from a stuck sensor, copied or rounded, and add no information.
+/// Finds rows whose readings equal those of an earlier row to the last bit. Since sensors have
+/// noise, such rows were copied or rounded, or the sensor was stuck. They add no information.
 class DuplicateFinder {
  public:
   /// Whether the row repeats a pose of `poses` in the same attitude, so that the two count as one.
-  /// `lines`: the line of each pose of `poses`. The caller adds rows that repeat none to both
+  /// `lines`: the line of each pose of `poses`. If the row repeats none, the caller adds it to both
   /// vectors.
   bool CountsAlready(const StaticPose& pose,
                      std::int64_t line,
@@ -257,7 +258,7 @@ class DuplicateFinder {
     return is_same;
   }
 
-  /// Number of rows that repeat a pose and are not poses of their own.
+  /// The number of rows that repeat a pose and therefore did not become poses.
   std::int64_t counted_once() const { return counted_once_; }
 
   /// Adds a finding about the rows that repeat others. `rows`: number of all rows. Error (bad
@@ -332,10 +333,10 @@ class ImpossibleReadings {
  private:
   static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
   /// A reading is left out if its length and its distance from the median are both more than this
-  /// factor times the value that four of five readings stay below. On a sphere no reading is twice
-  /// as far from the median as most others; an offset lengthens all readings, not a single one.
+  /// factor times the value that four of five readings stay below. On a sphere, no reading is twice
+  /// as far from the median as most others. An offset makes all readings longer, not a single one.
   static constexpr double kFar = 10.0;
-  static constexpr double kUsualShare = 0.8;  // Four of five, so that one of five may be far.
+  static constexpr double kUsualShare = 0.8;         // One of five readings may be far off.
   static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
 
   struct Limits {
@@ -418,11 +419,11 @@ void ExtendTemperature(const StaticPose& pose, PoseSet* poses) {
   poses->temperature_range_degc = {std::min(range[0], degc), std::max(range[1], degc)};
 }
 
-/// Refuses readings that repeatedly equal the extreme of an axis, since this is the range limit of
-/// the sensor. `read`: number of rows read, including rows that repeat a pose.
+/// If the readings of an axis repeatedly equal their extreme, this is the range limit of the
+/// sensor, and they are refused. `read`: number of rows read, including rows that repeat a pose.
 Status RejectClipped(const PoseSet& poses, std::int64_t read) {
-  // Up to three equal readings may come from a stuck sensor or copied rows, which have findings of
-  // their own.
+  // Up to three equal readings may come from a stuck sensor or copied rows, for which there are
+  // other findings.
   constexpr std::int64_t kLeastRows = 4;
   // Without clipping, at most one row in six has the extreme, as on the six faces of a block.
   constexpr double kLeastShare = 0.2;
@@ -503,8 +504,8 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
         extend(pose);
         continue;
       }
-      // Only readings show stuck or copied rows; in a table of attitudes alone, attitudes may
-      // recur.
+      // Only readings show that rows are stuck or copied. In a table of attitudes alone, attitudes
+      // may recur.
       if (!columns.triads.empty() &&
           duplicates.CountsAlready(pose, row.line(), poses.poses, lines)) {
         continue;

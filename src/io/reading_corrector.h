@@ -62,7 +62,8 @@ class ReadingCorrector {
     return correction_ * calibration_.model.Felt(reading);
   }
 
-  /// True when the last correction used a limit of the calibrated temperature range.
+  /// Whether the temperature of the last correction was outside the calibrated range, so that its
+  /// limit was used.
   bool clamped() const { return clamped_; }
 
  private:

@@ -90,7 +90,8 @@ class Stream {
       windows_.emplace(layout_.info.window_samples, layout_.info.file);
   }
 
-  /// Gives `windows_` the times of rows without a reading: such a row may state a window's time.
+  /// Passes the times of rows without a reading to `windows_`, since such a row may state a
+  /// window's time.
   void GiveTimesOfOtherRows(const CsvReader& csv, std::size_t row_count) {
     if (all_) return;
     const std::int64_t* const stated = csv.Times(layout_.time.column);
@@ -199,7 +200,7 @@ class Stream {
       }
       last_time_ns_ = times_ns[i];
     }
-    // Times are in order, so that the first and the last are the extremes.
+    // The times are in order, so that the first and the last are the extreme ones.
     if (!times_ns.empty() && (times_ns.front() < -CsvReader::kFarthestTime ||
                               times_ns.back() > CsvReader::kFarthestTime)) {
       return Error(ErrorCode::kValueOutOfRange,
@@ -210,13 +211,13 @@ class Stream {
     return {};
   }
 
-  /// The last reading of a thermometer.
+  /// The last reading of a thermometer, which is held until the next one.
   struct HeldTemperature {
     double degc = std::numeric_limits<double>::quiet_NaN();
     std::int64_t time_ns = 0;
     bool is_new = false;
     std::optional<double> count;  ///< Number in a register, unwrapped.
-    std::vector<double> values;   ///< Of the block's samples, degC.
+    std::vector<double> values;   ///< The temperatures of the block's samples, degC.
   };
 
   /// The temperature of each sample. A temperature is held until the next one is logged, but not
@@ -362,8 +363,8 @@ struct File {
   }
 };
 
-/// The time column that all sensors share. Unset if there are several, since their pieces could not
-/// be matched, or if the column has sample numbers or times of windows.
+/// The time column that all sensors share. Unset if there are several time columns, since their
+/// pieces could not be matched. Also unset if the column has sample numbers or times of windows.
 std::optional<std::size_t> CommonTimeColumn(const std::vector<FileLayout>& files) {
   if (files.size() != 1) return std::nullopt;
   const TimeColumn& first = files[0].streams.front().time;

@@ -86,7 +86,7 @@ struct HeaderColumn {
 };
 HeaderColumn ParseHeaderColumn(const std::string& field);
 
-/// Stands for the name of a first column that has none.
+/// Used in place of a name for a first column without a name.
 inline constexpr std::string_view kUnnamedRowNumbers = "without a name (row numbers)";
 
 /// `text` in lower case: names are compared without regard to case.
@@ -97,7 +97,7 @@ std::string LowerCase(std::string text);
 std::string SeeminglyCalled(const std::string& column);
 
 /// The unit that the last word of a column's name indicates, in this program's spelling: "ms" for
-/// "t_ms"; empty if it indicates none.
+/// "t_ms". Empty if the word indicates no unit.
 std::string SeeminglyIn(const std::string& column);
 
 /// Reads the columns of a self-describing header one by one, each at most once.
@@ -116,9 +116,9 @@ class HeaderColumns {
                                    std::string_view example) const;
   /// "file:line: column `accel_x`: " + message.
   Error Fail(ErrorCode code, std::size_t column, const std::string& message) const;
-  /// The columns that were not taken. Error: one of them may be a reading, time or temperature that
-  /// the table otherwise lacks; the message proposes a header, or lists the names that were asked
-  /// for.
+  /// The columns that were not taken. Error: one of them may be a reading, a time or a temperature,
+  /// of which no other column was taken. The message proposes a header, or lists the names that
+  /// were asked for.
   Result<std::vector<std::string>> Ignored() const;
   /// The error for a header without any sensor.
   Error NoSensors() const;
@@ -132,7 +132,8 @@ class HeaderColumns {
   Result<std::optional<Axes>> TakeAxes(Triad triad, const std::string& prefix);
 
  private:
-  /// Whether a column that was not taken may be what the table otherwise lacks.
+  /// Whether a column that was not taken may be a reading, a time or a temperature that is needed
+  /// and that no other column holds.
   bool MayBeNeeded(const HeaderColumn& column) const;
   bool HasTaken(std::string_view name) const;
   /// "time, accel_x, …": the names of all columns.

@@ -16,7 +16,7 @@ constexpr double kNotKnown = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array<double, 16> kPowersOfTen = {
     1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};
 
-/// From 2^52 on a double has no fraction, and halves could not be rounded.
+/// From 2^52 on, a double has no fraction, so adding 0.5 could not round.
 constexpr double kNoFraction = 0x1p52;
 
 /// value * 10^decimals, rounded (halves away from zero); nullopt for kShortest or if too large.
@@ -163,7 +163,8 @@ Status RowWriter::WriteRows(bool at_end, ReadingChange* change) {
   return file_.status();
 }
 
-/// Whether a row can be written: samples of all triads wait, or too many samples of one triad do.
+/// Whether a row can be written: samples of all triads are waiting, or too many samples of one
+/// triad are.
 bool RowWriter::NothingMissing() const {
   // Number of samples of a triad: 8 s at 32 kHz, which take 12 MB.
   constexpr std::size_t kMostWaiting = 1U << 18U;

@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-/// A change of readings before they are written into rows.
+/// An interface that changes readings before they are written into rows.
 class ReadingChange {
  public:
   virtual ~ReadingChange() = default;
@@ -50,9 +50,9 @@ class RowWriter {
   void AddStream(const StreamInfo& stream);
   void WriteHeader();
   void Add(const SampleBlock& block);
-  /// Writes the rows for which every triad has samples; if `at_end`, all rows that wait. To bound
-  /// the memory, samples do not wait for a triad that has ended or pauses for long. Error: samples
-  /// are too far out of order, or the file cannot be written.
+  /// Writes the rows for which every triad has samples or, if `at_end`, all waiting rows. To bound
+  /// the memory, samples do not wait for a triad that has no more samples or pauses for long.
+  /// Error: samples are too far out of order, or the file cannot be written.
   Status WriteRows(bool at_end, ReadingChange* change = nullptr);
   Status Commit() { return file_.Commit(); }
   Status status() const { return file_.status(); }

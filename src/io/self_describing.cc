@@ -13,7 +13,8 @@ namespace {
 /// The unit that messages about a missing unit give as an example.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
-/// How usual column names begin, the letter that may replace this before an axis, and our name.
+/// The beginning of a usual column name, the letter that may replace this beginning before an axis,
+/// and this program's name.
 struct Calling {
   std::string_view beginning, letter, name;
 };
@@ -85,7 +86,7 @@ std::string LowerCase(std::string text) {
 std::string SeeminglyCalled(const std::string& column) {
   const auto [letters, unit] = TakenApart(column);
   if (letters == "t" || letters == "ts" || letters == "stamp") return "time";
-  // A name that is only a unit of time, such as "ms" or "micros".
+  // If the name consists only of a unit of time, such as "ms" or "micros", the column is the time.
   if (unit != nullptr && unit->is_time && letters == unit->word && letters.size() > 1)
     return "time";
   const char last = letters.empty() ? ' ' : letters.back();

@@ -21,16 +21,16 @@
 namespace truetriad {
 namespace {
 
-/// Longest line in bytes. Logs have shorter lines; binary data without '\n' must not fill the
+/// Longest line in bytes. Logs have shorter ones; binary data without '\n' would else fill the
 /// memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
-/// Least free room in the buffer: even a small file needs some for the read that finds its end.
+/// Least free room in the buffer: even in a small file, the read that finds the end needs some.
 constexpr std::size_t kLeastRoom = 8U << 10;
 
 struct Magic {
   std::string_view bytes;
   std::string_view format;
-  std::string_view convert_from = {};  // For `convert --from=`; empty: convert cannot read this.
+  std::string_view convert_from = {};  // For `convert --from=`; empty if convert cannot read it.
   std::string_view decode_first = {};  // What to do before `truetriad convert`; may be empty.
 };
 
@@ -68,7 +68,7 @@ constexpr std::array<Magic, 22> kForeignFormats = {{
 
 }  // namespace
 
-/// Computes a SHA-256. Not in the unnamed namespace, since TextFile::Bytes has such a member.
+/// Computes a SHA-256. Not in the unnamed namespace: TextFile::Bytes has a member of this type.
 class Hasher {
  public:
   Hasher() { sha256_init(&context_); }
@@ -216,7 +216,7 @@ TextFile::TextFile(std::string path, std::unique_ptr<Bytes> bytes, std::size_t c
 
 std::size_t TextFile::Room() const {
   if (inflater_ != nullptr) return 2 * chunk_bytes_;
-  // If a file grows while it is read, the room stays as for its first size.
+  // Room follows from the file's size when it was opened, even if the file grows while it is read.
   const auto stored = static_cast<std::size_t>(std::max<std::int64_t>(0, bytes_->size()));
   return std::min(stored, chunk_bytes_) + std::min(stored, chunk_bytes_) + kLeastRoom;
 }
@@ -246,13 +246,16 @@ Status TextFile::RecogniseContent() {
       message += magic.decode_first.empty() ? "convert it first" : magic.decode_first;
       if (!magic.convert_from.empty()) {
         message += magic.decode_first.empty() ? ": " : " ";
-        message += "truetriad convert --from=" + std::string(magic.convert_from) +
-                   " --input=" + path_ + " --output=recording (`calibrate` does it by itself)";
+        message +=
+            "truetriad convert --from=" + std::string(magic.convert_from) +
+            (magic.decode_first.empty()
+                 ? " --input=" + path_ + " --output=recording (`calibrate` does it by itself)"
+                 : " --output=recording");
       }
       return Error(ErrorCode::kWrongFormat, {path_}, message);
     }
   }
-  constexpr std::size_t kSample = 4096;  // Bytes; the parser reports a later NUL.
+  constexpr std::size_t kSample = 4096;  // Bytes searched; the parser reports a later NUL.
   if (start.substr(0, kSample).find('\0') != std::string_view::npos) {
     return Error(ErrorCode::kWrongFormat, {path_}, "is a binary file; expected CSV text");
   }

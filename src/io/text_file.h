@@ -34,7 +34,7 @@ class TextFile {
   /// Error: damaged or truncated gzip, read failure, an endless line.
   Result<std::string_view> Next();
 
-  /// True once the last lines were handed over and the file did not end with '\n'.
+  /// Whether Next has returned the last lines and the file does not end with '\n'.
   bool ended_mid_line() const { return ended_mid_line_; }
 
   /// Share of the file's bytes already read, 0…1.
@@ -71,8 +71,8 @@ class TextFile {
   bool ended_mid_line_ = false;
 };
 
-/// The format of a file by its first bytes, as `truetriad convert --from=` names it ("ulog"); empty
-/// if `convert` cannot read the file directly.
+/// The format that the first bytes of a file indicate, as `truetriad convert --from=` names it
+/// ("ulog"). Empty if `convert` cannot read the file directly.
 std::string_view ForeignFormatOf(const std::string& path);
 
 /// SHA-256 of `bytes`, lower-case hex.

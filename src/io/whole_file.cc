@@ -34,7 +34,7 @@ std::string Numbering() {
   std::array<char, 256> host{};
   gethostname(host.data(), host.size() - 1);
   std::array<char, 64> container{};
-  // Without such a link (another system) the host alone is used.
+  // If this link does not exist, as on other systems, only the host is used.
   if (readlink("/proc/self/ns/pid", container.data(), container.size() - 1) < 0) container[0] = 0;
   std::uint32_t hash = 2166136261U;  // Fowler, Noll and Vo's FNV-1a.
   for (const char c : std::string(host.data()) + container.data()) {
@@ -51,7 +51,8 @@ std::string WriterName(pid_t process) {
 
 int LastFailure() { return errno != 0 ? errno : EIO; }
 
-/// Whether fsync succeeded; file systems without it (EINVAL, ENOTSUP) count as successful.
+/// Whether fsync succeeded; a file system that does not support fsync (EINVAL, ENOTSUP) counts as
+/// successful.
 bool IsOnDisk(int descriptor) {
   return fsync(descriptor) == 0 || errno == EINVAL || errno == ENOTSUP;
 }
@@ -85,7 +86,7 @@ void SweepFolderOf(const std::string& path) {
   static auto& swept = *new std::set<fs::path>;
   fs::path folder = fs::path(path).parent_path();
   if (folder.empty()) folder = ".";
-  // A folder with a temporary name is new and belongs to this process.
+  // If the folder itself has a temporary name, it is new and belongs to this process.
   if (folder.filename().string().find(kTemporary) != std::string::npos) return;
   {
     const std::scoped_lock lock(mutex);
@@ -146,7 +147,7 @@ WholeFile::WholeFile(std::string path, bool replaces_store) : path_(std::move(pa
   } else if (InputGuard::Holds(path_)) {
     refusal_ = InputGuard::Refusal(path_);
   } else if (!replaces_store && fs::is_regular_file(target) && IsStore(path_)) {
-    refusal_ = in_the_way("is a fleet's store, with runs that would be lost");
+    refusal_ = in_the_way("is a fleet's store, whose runs would be lost");
   }
   if (refusal_) {
     failure_ = EEXIST;

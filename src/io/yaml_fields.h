@@ -23,7 +23,7 @@ namespace truetriad {
 
 // Visitors of lists of fields (tree/fields.h) that write a value as YAML and read it back.
 
-/// Writes fields: each on a line of its own, indented by `indent`, or all in one line.
+/// Writes fields, either each on its own line, indented by `indent`, or all in one line.
 class YamlFieldWriter {
  public:
   static constexpr bool kReads = false;
@@ -305,7 +305,7 @@ class NumbersFieldReader {
   void Skip(std::string_view key) { map_.Child(key); }
   void Comment(std::string_view) {}
 
-  /// An empty key means the whole map.
+  /// If `key` is empty, the check concerns the whole map.
   template <typename Wrong>
   void Check(std::string_view key, const Wrong& wrong) {
     const std::string text(wrong());

@@ -46,7 +46,7 @@ int LineIndentedByTab(const std::string& text) {
 }
 
 /// A hint, "; …", if a name such as `time[s]` is inside braces or brackets, on the line where
-/// reading ended (`ended`, from 0) or on the line before. Otherwise empty.
+/// reading ended (number `ended`, counted from 0) or on the line before. Otherwise empty.
 std::string HintOfBrackets(const std::string& text, int ended) {
   std::istringstream lines(text);
   std::string line;
@@ -67,7 +67,8 @@ std::string HintOfBrackets(const std::string& text, int ended) {
 }  // namespace
 
 Result<std::string> LookAtSmallFile(const std::string& path) {
-  // A calibration of a hundred poses has some 100 kB; a log given by mistake has far more.
+  // A calibration of a hundred poses has about 100 kB. If a log is given by mistake, it is far
+  // larger.
   constexpr std::uintmax_t kMaxBytes = 64U << 20;
   std::error_code failure;
   if (std::filesystem::is_directory(path, failure)) {
@@ -147,8 +148,9 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
 }
 
 void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
-  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias is the node that it names;
-  // each node is visited only once, since nested aliases would otherwise take exponential time.
+  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias refers to the node that it
+  // names. Each node is visited only once, since nested aliases would otherwise take exponential
+  // time.
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
   if (!ancestors->insert(position).second) {
@@ -218,7 +220,7 @@ bool YamlReader::ReadName(std::string* value, std::size_t longest) {
     Fail("has a line break or another control character; expected one line of text");
     return false;
   }
-  // The length as written: a byte that is not UTF-8 takes four characters.
+  // Length is that of the escaped text, in which a byte that is not UTF-8 takes four characters.
   if (const std::size_t size = AsUtf8(text).size(); size > longest) {
     Fail("has " + std::to_string(size) + " characters; expected at most " +
          std::to_string(longest));

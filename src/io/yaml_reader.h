@@ -41,7 +41,8 @@ class YamlReader {
     return RequireChild(key).Read(value);
   }
 
-  /// Reads the value of `key` if there is one. True if it was read; a wrong value is an error.
+  /// Reads the value of `key` if the key is present. Returns true if the value was read; a wrong
+  /// value is an error.
   template <typename T>
   bool Optional(std::string_view key, T* value) {
     YamlReader child = Child(key);
@@ -50,7 +51,7 @@ class YamlReader {
 
   /// The value of `key`; false in a condition when there is none.
   YamlReader Child(std::string_view key);
-  /// As Child, but a missing key is an error.
+  /// Like Child, but a missing key is recorded as an error.
   YamlReader RequireChild(std::string_view key);
 
   /// Reads this value itself, as a text, a finite number, an integer, true/false, or a list of
@@ -117,7 +118,7 @@ class YamlReader {
 /// Reads a small file as text and guards it as an input. Error: it is missing, unreadable, a
 /// folder, or too large for a file written by hand.
 Result<std::string> ReadSmallFile(const std::string& path);
-/// As ReadSmallFile, but the file is not guarded: it may be overwritten.
+/// Like ReadSmallFile, but the file is not guarded: it may be overwritten.
 Result<std::string> LookAtSmallFile(const std::string& path);
 
 }  // namespace truetriad

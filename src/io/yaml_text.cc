@@ -12,7 +12,8 @@
 namespace truetriad {
 namespace {
 
-/// Whether a character must be escaped, by YAML or since some readers take it for a line end.
+/// Whether a character must be escaped: YAML requires it, or some readers mistake the character for
+/// a line end.
 bool NeedsEscape(std::uint32_t code) {
   constexpr std::uint32_t kLineSeparator = 0x2028, kParagraphSeparator = 0x2029;  // Unicode's.
   constexpr std::uint32_t kByteOrderMark = 0xFEFF;                                // Unicode's.

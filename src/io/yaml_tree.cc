@@ -27,7 +27,7 @@ Json PlainTree(const std::string& word) {
   if (word == "false") return false;
   if (word == ".nan" || word == ".inf" || word == "-.inf") return nullptr;
   if (std::int64_t whole = 0; IsAll(word, &whole)) return whole;
-  // Words that only C++ takes for numbers, such as `inf`, stay texts.
+  // Words that C++ would read as numbers but YAML does not, such as `inf`, stay texts.
   const bool may_be_number = word.find_first_not_of("0123456789+-.eE") == std::string::npos;
   if (double number = 0.0; may_be_number && IsAll(word, &number)) return number;
   return word;
@@ -73,8 +73,8 @@ Json TreeOfYaml(const std::string& text) {
     Json tree = TreeOf(YAML::Load(text), &values_left);
     if (values_left > 0) return tree;
   } catch (const YAML::Exception&) {
-    // A user may have written text below `config:` that is YAML only together with the lines above
-    // it.
+    // The text below `config:`, which a user may have written, may be valid YAML only together with
+    // the lines above it.
   }
   return text;
 }

@@ -108,7 +108,7 @@ struct ReadingsUnit {
 };
 bool ReadAs(const ReadingsUnit& kind, YamlReader reader, Unit* value);
 
-/// A number stated as `number`, `{ value, sigma }` or `unknown`: its parts, if they were stated.
+/// A number stated as `number`, `{ value, sigma }` or `unknown`. Holds the parts that were stated.
 struct Stated {
   std::optional<double> value;
   std::optional<double> sigma;
@@ -127,7 +127,8 @@ std::string TextOf(const Kind&, const Value& value) { return (YamlText() << valu
 
 // One of several words.
 
-/// A table of the given values of an enum, with the names that `name` of another layer gives them.
+/// A table of the given values of an enum. `name` is the function, from another layer, that returns
+/// their names.
 template <typename T, typename... More>
 auto Named(std::string_view (*name)(T), T first, More... more) {
   return NamedValues<T, 1 + sizeof...(More)>{{{first, name(first)}, {more, name(more)}...}};

@@ -11,8 +11,8 @@
 namespace truetriad::line {
 namespace {
 
-// Larger Anderson-Darling statistics are reduced to this one, whose p is below 1e-30. The fits for
-// p were made for smaller statistics.
+// A larger Anderson-Darling statistic is replaced by this one, for which p is below 1e-30. The fits
+// for p were made for smaller statistics.
 constexpr double kLargestStatistic = 13.0;
 
 /// p of an Anderson-Darling statistic that has been corrected for the number of values.
@@ -30,7 +30,8 @@ struct Location {
   double lower = 0.0, upper = 0.0;  // limits
   double doubt = 0.0;               // half width of the mean's confidence interval
 
-  /// From the mean to the nearer limit; negative if the mean is outside, infinite without limits.
+  /// Distance from the mean to the nearer limit; negative if the mean is outside, infinite without
+  /// limits.
   double Distance() const { return std::min(upper - mean, mean - lower); }
 };
 

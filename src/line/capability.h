@@ -23,11 +23,11 @@ struct Spread {
   Interval ProcessSigmaInterval(double confidence) const;
 };
 
-/// Variance of all values about their mean. Needs two values.
+/// Variance of all values about their mean. Needs at least two values.
 Spread OverallSpread(const Eigen::VectorXd& values);
 
 /// Variance from the differences of successive values: (mean moving range / d2)^2 with d2 = 2 /
-/// sqrt(pi). Needs two values.
+/// sqrt(pi). Needs at least two values.
 ///
 /// The degrees of freedom are those of a chi-distributed sigma with the same relative variance, 1 /
 /// (2 dof). The mean of m moving ranges of normal values has the relative variance
@@ -42,8 +42,8 @@ Spread MovingRangeSpread(const Eigen::VectorXd& values);
 /// all values are equal, it is NaN.
 double AndersonDarlingP(const Eigen::VectorXd& values);
 
-/// One quantity: its values for all units that have it, in the order of time, and its limits. If a
-/// limit is infinite, there is none.
+/// One quantity: its values for all units that have it, in the order of time, and its limits. An
+/// infinite limit means that there is none.
 struct CapabilityInput {
   Eigen::VectorXd values = {};
   Eigen::VectorXd sigma = {};  ///< Standard uncertainty of each value; NaN: not known.

@@ -72,7 +72,8 @@ double EwmaRunLength(double lambda, double width, double shift) {
 }
 
 double EwmaWidth(double lambda, double run_length) {
-  // Single values exceed the upper end `high` once in two run lengths, the EWMA less often.
+  // The width is below `high`: single values exceed `high` once in two run lengths, and the EWMA
+  // exceeds it less often.
   double low = 0.5, high = -NormalQuantile(0.25 / run_length);
   while (high - low > kLimitAccuracy * high) {
     const double middle = 0.5 * (low + high);

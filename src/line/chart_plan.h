@@ -27,7 +27,7 @@ struct RunningMoments {
   double Variance() const { return squares / (count - 1.0); }
 };
 
-/// c4(n), the expected standard deviation of n normal values with σ = 1. n >= 2, also fractions.
+/// c4(n), the expected standard deviation of n normal values with σ = 1. n >= 2 may be a fraction.
 double C4(double n);
 
 /// Widens a limit of `width` known σ for a σ estimated with `dof` degrees of freedom, so that
@@ -98,7 +98,7 @@ class ChartWriter {
   /// `count` points will be added. The last `most` of them are kept.
   ChartWriter(ChartKind kind, int parameter, std::size_t count, int most);
 
-  /// Adjacent points with `alarm` are one alarm.
+  /// Adds a point. Adjacent points with `alarm` belong to one alarm.
   void Add(const ChartPoint& point, bool alarm);
   bool in_alarm() const { return in_alarm_; }
   /// Sets the parameter that contributes most to the alarm that has just begun.
@@ -116,9 +116,9 @@ class ChartWriter {
 /// Appends a sentence to station->note.
 void AddNote(const std::string& sentence, StationCharts* station);
 
-/// Adds the chart of T^2 over the parameters `shared` to the station, with alarms, dependent ones
-/// and note. Either all or none of `shared` have a separate baseline. Units in EWMA alarms that the
-/// station already has stay out of the baseline.
+/// Adds the chart of T^2 over the parameters `shared` to the station, with its alarms, a note, and
+/// the list of dependent parameters. Either all or none of `shared` have a separate baseline. Units
+/// of EWMA alarms that are already in `station` stay out of the baseline.
 void DrawHotelling(const LineData& data,
                    std::vector<ParameterValues> shared,
                    const ChartPlan& plan,
@@ -130,7 +130,8 @@ void DrawHotelling(const LineData& data,
 /// EWMA z_i = λ x_i + (1 - λ) z_(i-1), z_0 = 0, alarm where |z_i| > width * sqrt(λ / (2 - λ)).
 /// `shift`: mean of x from the first value on. Nyström's solution of the integral equation of
 /// Crowder (1987). If limits start narrower and widen to this width, there are more early alarms:
-/// at λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts); a longer one loses less.
+/// at λ = 0.1 a run length of 500 units becomes 488 ± 2.4 (40,000 charts); a longer run length
+/// loses less.
 double EwmaRunLength(double lambda, double width, double shift = 0.0);
 
 /// The width with which EwmaRunLength(lambda, width) = run_length; at least 0.5.

@@ -14,7 +14,8 @@
 namespace truetriad::line {
 namespace {
 
-// First round: robust σ from the median. Large, since outliers inflate the robust σ.
+// First round: values within this many robust σ of the median are kept. The number is large, since
+// outliers inflate the robust σ.
 constexpr double kFirstReach = 5.0;
 constexpr double kReach = 4.0;  // Later rounds: σ from the mean; excludes 1 normal value in 16,000
 constexpr int kMostRounds = 10;  // Ends a search that alternates between two sets.
@@ -25,7 +26,8 @@ constexpr double kSame = 1e-12;
 constexpr double kQuiet = 0.5;
 // σ from differences of neighbours has 2/3 of the degrees of freedom of σ about the mean.
 constexpr double kDofOfDifferences = 2.0 / 3.0;
-// Values farther than this many σ from the mean, 1 normal one in 16,000, do not join the baseline.
+// Values farther than this many σ from the mean do not join the baseline: 1 of 16,000 normal
+// values.
 constexpr double kFarAway = 4.0;
 
 class Ewma {
@@ -180,7 +182,8 @@ void SetBaseline(int units, ParameterValues* values) {
 }
 
 // The parameters of T^2. T^2 leaves out units that lack one of them, so only parameters that nine
-// of ten units have are chosen. If one of these has no separate baseline, none gets one (phase I).
+// of ten units have are chosen. If one of them has no separate baseline, no parameter gets one
+// (phase I).
 std::vector<ParameterValues> SharedOf(const std::vector<ParameterValues>& watched, int units) {
   std::vector<ParameterValues> shared;
   bool judge_each_other = false;
@@ -235,7 +238,7 @@ StationCharts ChartsOf(const LineData& data,
   });
   station.baseline_outliers.assign(outliers.begin(), outliers.end());
   if (watched.empty()) {
-    station.note = "no charts: no parameter that varies has a value for at least " +
+    station.note = "no charts: each parameter is constant or has values for fewer than " +
                    std::to_string(kLeastUnits) + " units";
     return station;
   }

@@ -74,14 +74,14 @@ struct Chart {
   double line = 0.0;        // mean of the chart's values if in control
   double run_length = 0.0;  // units between false alarms of this chart alone, on average
   double centre = 0.0;      // process mean as of the last unit, in the parameter's unit
-  double sigma = 0.0;       // process σ of single units; time and unit of `centre`
+  double sigma = 0.0;       // process σ of single units as of the last unit, in that unit
   std::vector<ChartPoint> points;
 };
 
 /// All charts of one station.
 struct StationCharts {
   std::string station;                 // value of the tag `station`; empty: units without the tag
-  int units = 0;                       // units with a value, of the parameter that most have
+  int units = 0;                       // units that have the parameter that most units have
   int baseline_units = 0;              // units in the baseline; equal to `units`: phase I
   std::vector<int> baseline_outliers;  // units excluded from the baseline
   std::vector<int> constant;           // parameters without variation: no chart

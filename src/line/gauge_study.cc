@@ -120,8 +120,8 @@ Status CheckBalance(const Cells& cells, const std::set<std::string>& parts, bool
   for (const auto& [appraiser, by_part] : cells) {
     const std::string by = appraiser.empty() ? "" : " by " + appraiser;
     if (is_nested && by_part.size() < most_parts) {
-      return Incomplete("only " + std::to_string(by_part.size()) + " parts" + by + ", but up to " +
-                        std::to_string(most_parts) + " by others");
+      return Incomplete("only " + std::to_string(by_part.size()) + " parts were measured" + by +
+                        ", but up to " + std::to_string(most_parts) + " by others");
     }
     if (is_nested) continue;
     for (const std::string& part : parts) {
@@ -211,7 +211,8 @@ void FillComponents(double confidence, GaugeStudy* study) {
   // The gauge is the sum of its components; the mean squares of all of them are collected here.
   std::vector<MeanSquareTerm> gauge = {{1.0, error}};
   double reproducibility = 0.0;
-  // Terms of the variance component (line - other) / runs. `line` is of means of `runs` readings.
+  // Terms of the variance component (line - other) / runs. `line` is about means of `runs` readings
+  // each.
   const auto between = [&](double runs, const AnovaLine& line, const AnovaLine* other) {
     return std::vector<MeanSquareTerm>{{1.0 / runs, &line}, {-1.0 / runs, other}};
   };

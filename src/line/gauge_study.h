@@ -58,8 +58,8 @@ struct GaugeStudyOptions {
   double pool_above_p = 0.25;  ///< The interaction is pooled if its p is larger (AIAG 2010).
 };
 
-/// Error (not enough): there are fewer than two parts or repeats, or the study is not balanced. It
-/// is not if a part or a repeat is missing somewhere; the message states which.
+/// Error (not enough): there are fewer than two parts or repeats, or the study is not balanced,
+/// since a part or a repeat is missing somewhere. The message states which.
 Result<GaugeStudy> FindGaugeStudy(const std::vector<GaugeReading>& readings,
                                   const GaugeStudyOptions& options = {});
 
@@ -70,10 +70,10 @@ struct Type1Study {
   Estimate sigma;                                 ///< Repeatability.
   double reference = kNotKnown;                   ///< The known value of the part; NaN: unknown.
   Estimate bias;                                  ///< mean - reference.
-  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Student's test of zero bias, runs - 1.
+  double bias_t = kNotKnown, bias_p = kNotKnown;  ///< Student's test: is the bias zero?
   double cg = kNotKnown;                          ///< 0.2 tolerance / (6 sigma); good from 1.33.
-  double cgk = kNotKnown;                         ///< (0.1 tolerance - |bias|) / (3 sigma); as Cg.
-  double repeatability_share = kNotKnown;         ///< 6 sigma / tolerance; 15 % if Cg is 1.33.
+  double cgk = kNotKnown;  ///< (0.1 tolerance - |bias|) / (3 sigma); good from 1.33.
+  double repeatability_share = kNotKnown;  ///< 6 sigma / tolerance; 15 % if Cg is 1.33.
 };
 
 /// `tolerance`: width of the limits; NaN: none. With fewer than two runs only `mean` is found. AIAG

@@ -20,7 +20,7 @@ constexpr double kNoLowerLimit = std::numeric_limits<double>::quiet_NaN();
 // Least number of baseline units per parameter: with n = 2 p units for p parameters the limits are
 // already twice those of a known covariance.
 constexpr std::size_t kLeastUnitsOfParameter = 2;
-// A unit as far off as only 1 normal unit in 10,000 does not join the baseline.
+// A unit that is farther off than all but 1 of 10,000 normal units does not join the baseline.
 constexpr double kFarAwayProbability = 1e-4;
 constexpr int kMostScreens = 5;  // Rounds of Screen; more could shrink the baseline unit by unit.
 // The other parameters must leave at least this share of a parameter's variance unexplained; less
@@ -183,8 +183,8 @@ class Hotelling {
   }
 
   void Add(std::size_t k, ChartWriter* writer) {
-    // An own unit is part of the centre: its deviation has variance 1 - 1/n, that of others 1 +
-    // 1/n.
+    // A baseline unit is part of the centre, so its deviation has the variance 1 - 1/n. The
+    // deviation of another unit has 1 + 1/n.
     const bool is_own = own_ && units_.good[k];
     const Limits& limits = is_own ? own_limits_ : later_limits_;
     const VectorXd deviation = units_.values[k] - centre_;

@@ -48,7 +48,7 @@ const std::string& TagOf(const UnitRecord& unit, const std::string& name);
 
 /// Seconds since 1970 of a time in ISO 8601: "2026-01-31" (the beginning of the day),
 /// "2026-01-31T12:00", "2026-01-31 12:00:00.5". Z or an offset ("+01:00") may follow the time;
-/// without one the time is in UTC. NaN for other texts and for times before 1970.
+/// without an offset the time is in UTC. NaN for other texts and for times before 1970.
 double SecondsOf(const std::string& moment);
 
 /// The time `seconds` after the beginning of 1970, as "2026-01-31T12:00:00Z".

@@ -7,14 +7,14 @@
 namespace truetriad {
 namespace {
 
-// Share of the largest distance below which a remainder is taken for the rounding of doubles.
+// If a remainder is below this share of the largest distance, it counts as the rounding of doubles.
 constexpr double kRounding = 1e-9;
 // Least step, as a share of the largest distance: converters have at most 20 bits, 2^-20 = 1e-6.
 constexpr double kFinest = 1e-6;
-// Distances drawn at random share a factor of two with probability 2^-kFewest = 1.6 %.
+// Fewest distances: so many random whole numbers are all even with probability 2^-kFewest = 1.6 %.
 constexpr int kFewest = 6;
-// Largest step, as a share of the largest distance: a range of fewer than 50 steps is too small for
-// a converter, so the values are exact.
+// Largest step, as a share of the largest distance: no converter has fewer than 50 steps, so values
+// with a larger step are not rounded.
 constexpr double kCoarsest = 0.02;
 
 double CommonDivisor(double a, double b, double rounding) {

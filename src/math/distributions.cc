@@ -15,7 +15,8 @@
 namespace truetriad {
 namespace {
 
-// By default Boost computes in long double, at ten times the cost, for digits not needed here.
+// By default Boost computes in long double, at ten times the cost, for digits that are not needed
+// here.
 using Plain = boost::math::policies::policy<boost::math::policies::promote_double<false>>;
 using Normal = boost::math::normal_distribution<double, Plain>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Plain>;

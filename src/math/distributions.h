@@ -17,7 +17,7 @@ double ChiSquareCdf(double value, double dof);
 double ChiSquareQuantile(double probability, double dof);
 double FisherCdf(double value, double dof1, double dof2);
 double FisherQuantile(double probability, double dof1, double dof2);
-/// 1 - FisherCdf, which keeps its digits where it is small; dof2 is finite.
+/// 1 - FisherCdf, accurate even where it is small; dof2 must be finite.
 double FisherUpper(double value, double dof1, double dof2);
 /// The value that is exceeded with `probability`; dof2 is finite.
 double FisherUpperQuantile(double probability, double dof1, double dof2);
@@ -29,11 +29,12 @@ inline constexpr double kMadToSigma = 1.4826;
 /// σ of normal values of mean zero, from the median of their absolute values; 0 without values.
 double MadSigma(std::vector<double> values);
 
-/// The quantile at `share` (0 to 1): one of the values; if the quantile lies between two values,
-/// the lower one. There is at least one value and none is NaN.
+/// The quantile at `share` (0 to 1). If it lies between two values, the lower value is returned.
+/// There is at least one value and none is NaN.
 double LowerQuantile(std::vector<double> values, double share);
 
-/// The middle value, or the mean of the two in the middle. At least one value, none NaN.
+/// The middle value, or the mean of the two values in the middle. There is at least one value and
+/// none is NaN.
 double Median(std::vector<double> values);
 
 }  // namespace truetriad

@@ -46,8 +46,8 @@ constexpr double Sqrt(double x) {
 
 constexpr ziggurat::Table MakeTable() {
   ziggurat::Table table;
-  // The lowest layer is stored as a box of the same area, whose part beyond the start of the tail
-  // represents the tail.
+  // The lowest layer is stored as a box with the area of the layer and the tail. The part of the
+  // box beyond the start of the tail represents the tail.
   table.edge[0] = kLayerArea / Density(kTailStart);
   table.edge[1] = kTailStart;
   for (std::size_t i = 2; i < ziggurat::kLayers; ++i) {

@@ -12,7 +12,8 @@ namespace truetriad {
 
 namespace ziggurat {
 
-// A byte of the random word selects a layer; with 256 layers, 99 % of the numbers need one product.
+// One byte of the random word selects a layer. With 256 layers, 99 % of the numbers need only one
+// product.
 inline constexpr int kLayers = 256;
 /// Right ends of the layers, widest first, and the density exp(-x^2/2) there.
 struct Table {
@@ -34,7 +35,7 @@ extern const Table kTable;
 /// keeps to IEEE 754 and does not fuse multiplications with additions.
 class FastRandom {
  public:
-  /// Each `key` starts a sequence of its own: the seed, followed by the purpose of the numbers.
+  /// `key`: the seed, followed by numbers for the purpose. Each key starts an independent sequence.
   explicit FastRandom(std::initializer_list<std::uint64_t> key);
 
   std::uint64_t Bits() {
@@ -58,7 +59,7 @@ class FastRandom {
   double Normal() {
     const std::uint64_t bits = Bits();
     const std::size_t layer = bits & (ziggurat::kLayers - 1);
-    // The sign must not be a branch: half of them would be mispredicted.
+    // The sign is set without a branch, since the processor would mispredict half of the branches.
     const std::uint64_t sign = (bits << 55U) & (std::uint64_t{1} << 63U);
     const double x = static_cast<double>(static_cast<std::int64_t>(bits >> 11U)) * 0x1.0p-53 *
                      ziggurat::kTable.edge[layer];
@@ -73,7 +74,8 @@ class FastRandom {
   }
 
  private:
-  /// The absolute value of a normal number, if the point `x` in `layer` may be above the density.
+  /// The absolute value of a normal number; called if the point `x` in `layer` may be above the
+  /// density.
   double Outside(std::size_t layer, double x);
 
   std::array<std::uint64_t, 4> state_{};

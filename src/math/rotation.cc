@@ -6,7 +6,8 @@
 namespace truetriad {
 namespace {
 
-// Angle a, rad: below it the closed form cancels; the series' next term, a^4 / 30240, is < 1e-12.
+// Angle a, rad: for smaller angles the closed form loses digits by cancellation, and a series is
+// used; its next term, a^4 / 30240, is below 1e-12.
 constexpr double kSmallAngle = 1e-2;
 // Square of 0.2 rad: for smaller angles, series of four or five terms are exact to 3e-15 without
 // sine and cosine; a gyroscope turns by less from one reading to the next.
@@ -44,7 +45,8 @@ Eigen::Vector3d RotationLog(const Eigen::Quaterniond& rotation) {
   const double sign = rotation.w() < 0.0 ? -1.0 : 1.0;
   const Eigen::Vector3d vector = sign * rotation.vec();
   const double norm = vector.norm();
-  // atan2(s, c) / s tends to 1 for s -> 0; below this norm it differs from 1 by less than rounding.
+  // atan2(s, c) / s tends to 1 for s -> 0; for a smaller norm, this differs from 1 by less than
+  // rounding.
   if (norm < 1e-9) return 2.0 * vector;
   return 2.0 * std::atan2(norm, sign * rotation.w()) / norm * vector;
 }

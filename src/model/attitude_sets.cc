@@ -31,7 +31,8 @@ int Degrees(double angle_rad) {
   return degrees == -180 ? 180 : degrees;
 }
 
-/// "to the north", "45 deg west of north", …; `degrees`: azimuth from north, positive to the west.
+/// "to the north", "45 deg west of north", …; `degrees` is the azimuth from north, positive to the
+/// west.
 std::string HeadingInWords(int degrees) {
   const int size = std::abs(degrees);
   const std::string side = degrees > 0 ? "west" : "east";
@@ -107,7 +108,7 @@ std::vector<Eigen::Quaterniond> SpreadAttitudes(int count) {
 
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body) {
   const Eigen::Matrix3d rotation = world_from_body.normalized().toRotationMatrix();
-  constexpr double kTie = 1e-6;  // If axes are equally steep but for rounding, the first one is
+  constexpr double kTie = 1e-6;  // If axes are equally steep except for rounding, the first one is
                                  // named.
   int up = 0;
   for (int axis = 1; axis < 3; ++axis) {

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-/// The six attitudes of a block with +x, -x, +y, -y, +z, -z up in turn, each by the smallest
-/// rotation. World <- body, as everywhere.
+/// The attitudes, world <- body, of a block with +x, -x, +y, -y, +z, -z up in turn. Each is the
+/// smallest rotation that points this face up.
 std::vector<Eigen::Quaterniond> SixFaceAttitudes();
 
 /// The 24 orientations of a cube: six faces up, four headings each.
@@ -23,10 +23,10 @@ std::vector<Eigen::Quaterniond> HandAttitudes();
 /// M. Alexa, "Super-Fibonacci Spirals: Fast, Low-Discrepancy Sampling of SO(3)", CVPR 2022.
 std::vector<Eigen::Quaterniond> SpreadAttitudes(int count);
 
-/// An attitude in an operator's words, in whole degrees: "z up, x to the north" for the
-/// orientations of the cube, else "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west
-/// of north". The body axis nearest to the vertical comes first. The elevations of the other two
-/// axes state the tilt, and the azimuth of the first of these two states the heading.
+/// Describes an attitude for an operator, in whole degrees. Orientations of the cube: "z up, x to
+/// the north". Other attitudes: "-z up, x 20 deg above level, y 5 deg below level, x 45 deg west of
+/// north". The body axis nearest to the vertical comes first. The elevations of the other two axes
+/// state the tilt, and the azimuth of the first of these two states the heading.
 std::string AttitudeInWords(const Eigen::Quaterniond& world_from_body);
 
 }  // namespace truetriad

@@ -36,7 +36,7 @@ void TagFields(V& visit, std::span<const TagKey> keys, Like<Tags> auto& tags) {
   }
 }
 
-/// The keys of `device:` about its firmware.
+/// The keys of `device:` that its firmware uses to identify sensors.
 template <class V>
 void FirmwareFields(V& visit, Like<Tags> auto& tags) {
   const PerTriad<std::optional<std::int64_t>> none;
@@ -103,8 +103,9 @@ inline std::string_view WrongThermal(const ThermalTerms& thermal) {
 /// one of the two was edited, and it is not known which is right.
 inline std::string_view WrongCorrection(const Eigen::Matrix3d& correction,
                                         const TriadModel<double>& model) {
-  // With condition number c, correction times sensitivity equals the identity to c epsilon. 1e-6
-  // allows c = 1e9, far more than any sensor has, and is far below any change made on purpose.
+  // With condition number c, correction times sensitivity equals the identity to c epsilon. A
+  // tolerance of 1e-6 allows c = 1e9, far more than that of any sensor, and is far below any change
+  // made on purpose.
   constexpr double kTolerance = 1e-6;
   if (!model.sensitivity.allFinite() || !model.bias.allFinite()) {
     return "belongs to a sensor with a bias or sensitivity that is not finite";
@@ -183,7 +184,8 @@ void Fields(V& visit, Like<TriadCalibration> auto& sensor) {
   visit("output_unit", sensor.output_unit);
   visit("bias", sensor.model.bias);
   const bool has_sensitivity = visit("sensitivity", sensor.model.sensitivity);
-  // Derived from the sensitivity; meant for readers and for programs that only apply a correction.
+  // The correction follows from the sensitivity. It is written for people and for programs that
+  // only apply it.
   Eigen::Matrix3d correction = sensor.model.Correction();
   if (has_sensitivity && visit("correction", correction)) {
     visit.Check("correction", [&] { return WrongCorrection(correction, sensor.model); });

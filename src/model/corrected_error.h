@@ -17,10 +17,12 @@ struct DirectionalError {
   double angle_rms = 0.0, angle_worst = 0.0;  ///< Angle off the true direction; 0 if there is none.
 };
 
-/// The error of a unit's readings before correction (scaled by the nominal gain) and after it.
+/// The error of a unit's readings before their correction (scaled by the nominal gain only) and
+/// after it.
 struct CorrectedError {
   std::optional<DirectionalError> before;  ///< Unset for counts of unknown size.
-  /// σ that the parameters' covariance predicts; the noise of a reading is not included.
+  /// The error after the correction that the covariance of the parameters predicts (1 σ), without
+  /// the noise of a reading.
   DirectionalError after;
 };
 
@@ -33,8 +35,8 @@ CorrectedError CorrectedErrorOf(const Calibration& calibration,
                                 double magnitude,
                                 bool has_bias = true);
 
-/// Joint covariance (12 n x 12 n) of n triads' parameters: of each triad the bias (raw) and the
-/// sensitivity's columns (raw per true unit). Rows and columns of fixed entries are zero.
+/// Joint covariance (12 n x 12 n) of n triads' parameters: for each triad the bias (raw) and the
+/// columns of the sensitivity (raw per true unit). Rows and columns of fixed entries are zero.
 Eigen::MatrixXd BiasAndSensitivityCovariance(const NamedCovariance& covariance,
                                              const std::vector<Triad>& triads);
 
@@ -46,8 +48,8 @@ std::optional<Eigen::Matrix3d> NominalCorrection(const TriadCalibration& sensor,
 /// unknown size.
 std::optional<double> NominalTruthPerRaw(const TriadCalibration& sensor, Triad triad);
 
-/// The number of `unit`s in one raw unit of the sensor; if `unit` is counts, one is `si_per_count`
-/// true units. Error (bad input): one of the two units is counts of unknown size.
+/// How many of `unit` are one raw unit of the sensor. If `unit` is counts, one count is
+/// `si_per_count` true units. Error (bad input): one of the two units is counts of unknown size.
 Result<double> ReadingPerRaw(const TriadCalibration& sensor,
                              Triad triad,
                              const Unit& unit,

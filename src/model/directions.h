@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-/// Direction `i` of `count` directions that are spread evenly over the sphere, the same every time:
-/// a Fibonacci grid.
+/// Direction `i` of `count` directions that are spread evenly over the sphere. They form a
+/// Fibonacci grid and are the same in every call.
 inline Eigen::Vector3d EvenDirection(int i, int count) {
   const double z = 1.0 - (2.0 * i + 1.0) / count;
   const double azimuth = i * std::numbers::pi * (3.0 - std::sqrt(5.0));
@@ -19,7 +19,7 @@ inline Eigen::Vector3d EvenDirection(int i, int count) {
   return {radius * std::cos(azimuth), radius * std::sin(azimuth), z};
 }
 
-/// The largest cap of the sphere without a direction.
+/// The largest cap of the sphere that contains none of the directions.
 struct DirectionGap {
   Eigen::Vector3d middle = Eigen::Vector3d::UnitZ();
   double radius_deg = 180.0;

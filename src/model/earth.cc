@@ -73,7 +73,7 @@ Result<double> DecimalYear(const std::string& date) {
 }
 
 Result<EarthField> WorldMagneticModel(const EarthPlace& place, double year) {
-  // Written so that NaN is refused, too.
+  // The condition is written so that NaN is refused as well.
   if (!(year >= kFirstYear && year <= kLastYear)) {
     char text[32];
     std::snprintf(text, sizeof text, "%.2f", year);

@@ -36,7 +36,7 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
   for (const FindingKind& kind : FindingKinds()) {
     if (kind.name == name) return kind.code;
   }
-  // Names of kFault in older calibrations.
+  // Older calibrations use these names for kFault.
   if (name == "magnetometer-changed" || name == "left-out-term" || name == "stretches-differ")
     return FindingCode::kFault;
   return std::nullopt;
@@ -100,7 +100,7 @@ Outcome OutcomeOf(const Findings& findings) {
       findings.begin(), findings.end(), [](const Finding& finding) { return finding.IsRefusal(); });
   if (refusal == findings.end()) return Outcome::kConverged;
   const Outcome outcome = FindingKindOf(refusal->code).outcome;
-  // A refusal never leaves a result usable, whatever its code.
+  // A refusal makes the result unusable, whatever its code is.
   return outcome == Outcome::kConverged ? Outcome::kNotConverged : outcome;
 }
 

@@ -35,8 +35,8 @@ Eigen::Matrix3d TriangularRotation(const Eigen::Matrix3d& sensitivity,
   return rotation;
 }
 
-// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. If the triad is left-handed, the smallest
-// eigenvalue gets the other sign, which gives the smallest proper rotation.
+// S = U W V^T, so S * (V U^T) = U W U^T is symmetric. If the triad is left-handed, the sign of the
+// smallest eigenvalue is reversed, which gives the smallest proper rotation.
 Eigen::Matrix3d SymmetricRotation(const Eigen::Matrix3d& sensitivity, double axis_sign) {
   const Svd3 svd = SvdOf3(sensitivity);
   Eigen::Vector3d signs = Eigen::Vector3d::Constant(axis_sign);

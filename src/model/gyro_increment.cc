@@ -15,13 +15,13 @@ namespace {
 // A 3x3 matrix, column by column, with one more number so that it fills whole registers.
 using Padded = Eigen::Matrix<double, 10, 1>;
 
-// Sums over the readings of the matrix `by_rate` (Turning), each times the factor with which a
-// parameter enters the rate.
+// Sums over all readings. Each term is the reading's matrix `by_rate` (class Turning) times the
+// factor with which a parameter enters the rate.
 struct Sums {
   // Columns: sums of by_rate times 1, rate x y z, force x y z.
   Eigen::Matrix<double, 10, 7> by_factor = Eigen::Matrix<double, 10, 7>::Zero();
-  // If axes have terms: sums for bias, forces and terms, each reading divided by its slope d raw /
-  // d u.
+  // Used if the model has axis terms: sums for bias, forces and terms, in which each reading is
+  // divided by its slope d raw / d u.
   Eigen::Matrix3d by_reading = Eigen::Matrix3d::Zero();
   std::array<Eigen::Matrix3d, 3> by_force{
       Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero(), Eigen::Matrix3d::Zero()};
@@ -34,7 +34,7 @@ struct Sums {
   }
 };
 
-// The sensor that the readings come from.
+// The calibration and the noise of the sensor whose readings are integrated.
 struct Sensor {
   Sensor(const GyroModel& gyro, const Eigen::Vector3d& sigma)
       : model(gyro), correction(gyro.triad.Correction()), variance_raw(sigma.cwiseAbs2()) {
@@ -46,7 +46,8 @@ struct Sensor {
   Eigen::Matrix3d noise;  // Covariance of a reading's rate without axis terms.
 };
 
-// Adds one reading. If its rate changes by d, the whole rotation turns by by_rate * d.
+// Adds one reading. If the rate of this reading changes by d, the whole rotation turns by by_rate *
+// d.
 void AddReading(const Sensor& sensor,
                 const Eigen::Matrix3d& by_rate,
                 const Eigen::Vector3d& rate_radps,
@@ -79,7 +80,8 @@ void AddReading(const Sensor& sensor,
   sums->noise += by_reading * sensor.variance_raw.asDiagonal() * by_reading.transpose();
 }
 
-// Rates and slopes at both ends of a step; a slope needs the readings before and after its end.
+// The rates and their slopes at both ends of a step. The slope at an end needs the readings before
+// and after that end.
 class RateWindow {
  public:
   RateWindow(const GyroReadings& readings, const GyroModel& model)
@@ -99,8 +101,9 @@ class RateWindow {
     }
     const bool is_last = first + 2 >= readings_.time_s.size();
     after_ = is_last ? end_ : RateOf(first + 2);
-    // Difference of both neighbours; zero at the first and last reading, where the unit rests.
-    // Uneven steps are not weighted: this would amplify noise beside a gap.
+    // The slope is the difference of both neighbours over the time between them; it is zero at the
+    // first and last reading, where the unit rests. Uneven steps get no weights, which would
+    // amplify noise beside a gap.
     slope_end_.setZero();
     const std::span<const double> time = readings_.time_s;
     if (!is_last && time[first + 2] > time[first]) {
@@ -132,9 +135,9 @@ class RateWindow {
   Eigen::Vector3d slope_begin_ = Eigen::Vector3d::Zero(), slope_end_ = slope_begin_;
 };
 
-// Derivatives of the whole rotation, in the frame at its begin, by the rate of each instantaneous
-// reading (RateWindow::InstantaneousStep). A reading affects the two steps beside it and, through
-// the slopes, one further step on each side.
+// Derivatives of the whole rotation, in the frame at its begin, with respect to the rate of each
+// instantaneous reading (RateWindow::InstantaneousStep). A reading affects the two steps beside it
+// and, through the slopes, one further step on each side.
 class Turning {
  public:
   struct Reading {
@@ -145,7 +148,7 @@ class Turning {
   explicit Turning(std::span<const double> time_s) : time_s_(time_s) {}
 
   // Adds the step that ends at reading `i`; a change of the step by d turns the whole rotation by
-  // by_step * d. Reading i - 2 is then complete.
+  // by_step * d. After this, the derivative for reading i - 2 is complete.
   void AddStep(std::size_t i, const Eigen::Matrix3d& by_step, const RateWindow& rates) {
     const double step_s = time_s_[i] - time_s_[i - 1];
     const double square = step_s * step_s / 12.0;
@@ -166,7 +169,7 @@ class Turning {
     by_square_before_ = by_square;
   }
 
-  // Reading `i`, one of the last three.
+  // The derivative for reading `i`, which must be one of the last three.
   const Reading& Of(std::size_t i) const { return last_[i % 3]; }
 
  private:

@@ -37,7 +37,7 @@ struct GyroReadings {
 struct GyroModel {
   TriadModel<double> triad;                                 ///< Without other sensors' axis terms.
   Eigen::Matrix3d g_sensitivity = Eigen::Matrix3d::Zero();  ///< Raw per m/s^2.
-  bool is_bent = false;  ///< It has axis terms; if not, they are zero and not estimated.
+  bool is_bent = false;  ///< Whether axis terms are estimated; if not, they are zero.
 };
 
 /// The rotation that a gyroscope measured, and its derivatives by the gyroscope's parameters:
@@ -51,7 +51,7 @@ struct GyroIncrement {
   Eigen::Matrix3d by_bias = Eigen::Matrix3d::Zero();             ///< rad per raw.
   Eigen::Matrix<double, 3, 9> by_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
   Eigen::Matrix<double, 3, 9> by_g_sensitivity = Eigen::Matrix<double, 3, 9>::Zero();
-  /// In rad per unit of the term; zero without is_bent.
+  /// In rad per unit of the term; zero if the gyroscope is not `is_bent`.
   PerAxisTerm<Eigen::Matrix3d> by_axis_term =
       PerAxisTerm<Eigen::Matrix3d>::All(Eigen::Matrix3d::Zero());
   /// Covariance of the rotation's error in the body frame at the end, rad^2, if the readings have
@@ -67,9 +67,9 @@ struct GyroIncrement {
 ///
 ///   Log = (w0 + w1) dt / 2 + (s0 - s1 + w0 x w1) dt^2 / 12.
 ///
-/// The error is of order dt^4, coning included. If steps are even and the axis is fixed, the terms
-/// of the slopes sum to zero and add no noise. `sigma_raw`: σ of one reading, per axis. Range: at
-/// least one reading, S regular.
+/// The error, including that from coning, is of order dt^4. If steps are even and the axis is
+/// fixed, the terms of the slopes sum to zero and add no noise. `sigma_raw`: σ of one reading, per
+/// axis. Range: at least one reading, S regular.
 GyroIncrement IntegrateMove(const GyroReadings& readings,
                             const GyroModel& model,
                             const Eigen::Vector3d& sigma_raw,

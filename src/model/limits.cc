@@ -78,7 +78,7 @@ bool LimitName::IsNeverNegative() const {
 bool LimitName::IsSlope() const { return quantity.name.ends_with("_per_degc"); }
 
 bool LimitName::GoesWithField() const {
-  // A relative error of the common gain enters each bias in true units, too.
+  // An error of the common gain also changes each bias in true units, by the same share.
   return triad == Triad::kMagnetometer &&
          (quantity.name == "scale_error" || quantity.name == "bias" ||
           quantity.name == "bias_per_degc");

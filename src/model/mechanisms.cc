@@ -11,7 +11,8 @@
 namespace truetriad {
 namespace {
 
-// The first entry, which is skipped below, only keeps an array from being empty.
+// Each array begins with kMessage, since an array must not be empty; this first entry is skipped
+// below.
 namespace codes {
 using enum FindingCode;
 #define MECHANISM(id, name, does, ...) \

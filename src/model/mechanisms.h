@@ -30,13 +30,14 @@ struct MechanismInfo {
 // All mechanisms, in the order of Mechanism.
 std::span<const MechanismInfo> Mechanisms();
 std::optional<Mechanism> MechanismFromName(std::string_view name);
-// The first mechanism with the code; kRemark if none has it.
+// The first mechanism whose row lists the code; kRemark if no row lists it.
 Mechanism MechanismOf(FindingCode code);
 
 #ifdef TRUETRIAD_MECHANISMS
 inline constexpr bool kCountsMechanisms = true;
-// Asked where a change is applied: `if (condition && Acts(Mechanism::kKnocks))`. False if the
-// mechanism is switched off; else records that it acted and is true.
+// Called where a mechanism is about to change something: `if (condition &&
+// Acts(Mechanism::kKnocks))`. Returns false if the mechanism is switched off. Otherwise records
+// that the mechanism acted and returns true.
 bool Acts(Mechanism mechanism);
 #else
 inline constexpr bool kCountsMechanisms = false;

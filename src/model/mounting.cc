@@ -23,7 +23,7 @@ std::string NameOfRotation(const std::array<double, 3>& turn_deg) {
 }
 
 // The axis map of the autopilots' rotation `name` (body <- sensor): the transpose of its matrix.
-// Unset if the name is unknown or the rotation is not by quarter turns.
+// Unset if the name is unknown or the rotation is not made of quarter turns.
 std::optional<Eigen::Matrix3d> MapOfRotation(std::string_view name) {
   for (const std::array<double, 3>& turn_deg : kBoardRotations) {
     if (NameOfRotation(turn_deg) != name) continue;

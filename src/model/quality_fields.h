@@ -126,7 +126,7 @@ template <class V>
 void Fields(V& visit, Like<LimitCheck> auto& check) {
   visit("name", check.name);
   visit.If(!check.component.empty(), "component", Word{check.component});
-  // A symmetric limit is written as one number, as in older files, which had no other limits.
+  // A symmetric limit is written as one number. Older files had only such limits.
   double most = check.limit.upper;
   if (visit.If(check.limit.IsAboutZero(), "limit", most)) {
     if constexpr (V::kReads) check.limit = Limit::Within(most);
@@ -259,7 +259,7 @@ void Fields(V& visit, Like<SweepQuality> auto& sweep) {
 
 template <class V>
 void ResidualFields(V& visit, Like<std::vector<PoseResidual>> auto& residuals) {
-  // Larger tables of single poses are not readable and would dominate the file.
+  // A larger table of single poses would be unreadable and most of the file.
   constexpr std::size_t kMaxPoseResiduals = 2000;
   const std::size_t rows = residuals.size();
   if (rows > kMaxPoseResiduals) {
@@ -282,7 +282,8 @@ void Fields(V& visit, Like<Quality> auto& quality) {
   visit("residual_rms", quality.residual_rms, Style::kFlow);
   visit.If(kNewer, "residual_rms_before", quality.residual_rms_before, Style::kFlow);
   visit("reduced_chi2", quality.reduced_chi2);
-  // The key is missing if the noise is known from the residuals alone, and for a unit in motion.
+  // The key is missing if the noise was estimated from the residuals alone, and if the unit was in
+  // motion.
   auto& before = quality.reduced_chi2_before;
   if constexpr (V::kReads) before = std::numeric_limits<double>::quiet_NaN();
   visit.If(std::isfinite(before), "reduced_chi2_before", before);

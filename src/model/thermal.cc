@@ -66,7 +66,8 @@ double FirstOrderLag::Next(double time_s, double input) {
   if (!started_ || !(lag_s_ > 0.0)) {
     value_ = input;
   } else if (time_s > time_s_) {
-    // The response to a ramp is the ramp delayed by the lag, plus the decaying initial difference.
+    // The response to a ramp is the ramp delayed by the lag, plus the difference at the ramp's
+    // start, which decays.
     const double step_s = time_s - time_s_;
     const double behind = (input - input_) / step_s * lag_s_;
     value_ = input - behind + (value_ - (input_ - behind)) * std::exp(-step_s / lag_s_);

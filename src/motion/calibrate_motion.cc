@@ -26,33 +26,35 @@
 namespace truetriad {
 namespace {
 
-// Least spacing of the chain on which noise and starts settle. Nothing is lost: each reading is
-// turned to its nearest node, and a hand's accelerations stay correlated much longer.
+// The least spacing of the chain with which starts and noise are settled. A finer chain would be no
+// better: each reading is rotated to its nearest node, and the accelerations of a hand stay
+// correlated for much longer than this.
 constexpr double kSettlingSpacingS = 0.1;
-// Chosen: number of rounds after which Settle keeps the noise and the clocks that it has.
+// Chosen: after so many rounds, Settle ends with the noise and the clocks of the last round.
 constexpr int kMaxRounds = 20;
 // Most solver iterations of Settle; a chain that determines its parameters takes a hundred.
 constexpr int kMaxIterations = 500;
-// A density that changes by less than 2 % changes σ by less than 1 %: it has settled.
+// If a density changes by less than 2 %, σ changes by less than 1 %, and it has settled.
 constexpr double kSettledNoise = 0.02;
-// A clock that changes by less than this share of its σ has settled.
+// If the correction of a clock changes by less than this share of its σ, it has settled.
 constexpr double kSettledClock = 0.1;
-// If the χ² of the next step is smaller, about one σ for each of some twenty unknowns, a single
-// Gauss-Newton step replaces the solver.
+// If the χ² of the next step is smaller than this (about one σ for each of some twenty unknowns), a
+// single Gauss-Newton step replaces the solver.
 constexpr double kNearChi2 = 20.0;
-// Largest clock error, as a share of the duration: with a larger one, readings cannot be related.
+// The largest clock error, as a share of the duration. If it is larger, the readings of the sensors
+// cannot be related to each other.
 constexpr double kMostClockError = 0.01;
-// A clock is reported as ahead from this many σ on: chance exceeds 4 σ once in 16,000.
+// If a clock differs by more than this many σ, this is reported; chance exceeds 4 σ once in 16,000.
 constexpr double kSaidClockError = 4.0;
-// Tolerance while noise and clocks change: within 0.3 σ of the optimum at χ² = 1e5.
+// Tolerance while noise and clocks change. At χ² = 1e5 it leaves at most 0.3 σ to the optimum.
 constexpr double kRoughTolerance = 1e-6;
-// Tolerance of the final solution: within 0.001 σ of the optimum at χ² = 1e5.
+// The tolerance of the final solution. At χ² = 1e5 it is within 0.001 σ of the optimum.
 constexpr double kMotionTolerance = 1e-11;
 
 // The state of the calibration from one start.
 struct MotionRun {
   PoseGraph graph;
-  std::vector<Moment> moments;  // of the graph's nodes
+  std::vector<Moment> moments;  // the moment of each of the graph's nodes
   MotionNoiseState noise;
   SolveLog log;
   PerTriad<double> clock_sigma_s{};  // σ of MotionTrack::ahead_s
@@ -76,7 +78,7 @@ void Rebuild(const MotionTrack& track,
   WeighMoments(run->noise.noise, track, run->moments, &run->graph);
 }
 
-// Gathers the readings again with the present gyroscope model; keeps the robust weights.
+// Gathers the readings again, rotated with the present gyroscope model; keeps robust weights.
 void GatherAgain(const CalibrateOptions& options,
                  double spacing_s,
                  MotionTrack* track,
@@ -156,7 +158,7 @@ void Settle(const CalibrateOptions& options, double spacing_s, MotionTrack* trac
   }
 }
 
-// Time that the readings at one node cover; for the gyroscope the time between two nodes.
+// The time that the readings at one node cover; for the gyroscope, the time between two nodes.
 double AveragedTime(const MotionTrack& track, const MotionRun& run, Triad triad) {
   if (triad == Triad::kGyroscope) {
     return track.duration_s() /

@@ -9,7 +9,7 @@
 namespace truetriad {
 
 // Calibrates a unit that was tumbled without rests (`options.motion`, PoseSet::tracks). Errors:
-// those of Calibrate. `summary` already holds what the options state.
+// those of Calibrate. On entry, `summary` already holds the values that the options state.
 Status CalibrateMotion(const PoseSet& poses,
                        const CalibrateOptions& options,
                        CalibrationSummary* summary);

@@ -21,8 +21,8 @@ constexpr double kBelievedErrors = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Chosen: least density, as a share of the density that the readings' differences show. A part of
-// the latter is rounding, which does not accumulate in an integral.
+// Chosen: the least density, as a share of the density that the differences between readings show.
+// A part of these differences is rounding, which does not accumulate in an integral.
 constexpr double kSeenShare = 0.5;
 
 // Least noise as a share of the signal, for readings without noise, which still need weights.
@@ -58,8 +58,8 @@ IncrementEdge TurnFrom(std::size_t from,
   if (graph.layout.g_sensitivity >= 0) {
     edge.accelerometer_raw = track.AccelerometerBetween(moments[from], moments[from + 1]);
   }
-  // Two successive turns share a reading: their noise is not that of their readings, but follows
-  // from their duration (WeighMoments).
+  // Two successive turns share a reading, so that the noise of a turn is not that of its readings.
+  // It follows from the turn's duration (WeighMoments).
   edge.sigma_raw.setZero();
   edge.Integrate(graph.layout, graph.shared.data());
   return edge;
@@ -81,7 +81,7 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   return sigma;
 }
 
-// 1 + 2 sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
+// 1 + 2 times the sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
 // If this does not exceed 1 by kBelievedErrors sampling errors, the ratio is 1.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
@@ -105,8 +105,9 @@ double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   return is_believed && Acts(Mechanism::kMotionCorrelation) ? ratio : 1.0;
 }
 
-// Whitened residuals of one sensor (for the gyroscope: of the turns), and the share of each that
-// the attitudes do not absorb, 1 - leverage. One column per moment; zero without a reading.
+// The whitened residuals of one sensor (for the gyroscope: of the turns), and for each the share
+// that the attitudes do not absorb, 1 - leverage. Each moment has a column, which is zero without a
+// reading.
 struct Residuals {
   Eigen::Matrix3Xd value, left;
 };
@@ -141,7 +142,8 @@ PerTriad<Residuals> ResidualsOf(const PoseGraph& graph, const ReducedSystem& sys
   return all;
 }
 
-// Robust weights of one sensor, from the length of each residual over the median length.
+// Sets the robust weights of one sensor from the length of each residual divided by the median
+// length.
 void Weigh(const RobustOptions& robust,
            Triad triad,
            const Residuals& residuals,
@@ -322,8 +324,8 @@ double UpdateMotionNoise(const RobustOptions& robust,
     if (!state->is_estimated[triad]) continue;
     state->correlation[triad] = LongRunRatio(of_triad.value);
     if (triad == Triad::kGyroscope && !state->is_carried) {
-      // The attitudes absorb the gyroscope's fast noise, not the slow: even white noise leaves
-      // correlated residuals, whose long-run ratio is 1 / share.
+      // The attitudes absorb the fast part of the gyroscope's noise, but not the slow part. Even
+      // white noise thus leaves correlated residuals, whose long-run ratio is 1 / share.
       const double share = left / static_cast<double>(of_triad.left.size());
       state->correlation[triad] = std::max(1.0, share * state->correlation[triad]);
     }

@@ -29,8 +29,8 @@ void BuildMoments(const MotionTrack& track,
                   const std::vector<Eigen::Quaterniond>& attitudes,
                   PoseGraph* graph);
 
-// Sets the covariances of the rows, and the robust weights of the moments. The noise of turns is
-// that of raw readings, mapped by the correction of the graph's gyroscope.
+// Sets the covariances of the rows, and the robust weights of the moments. The noise of a turn is
+// that of the raw readings, converted by the correction of the graph's gyroscope.
 void WeighMoments(const MotionNoise& noise,
                   const MotionTrack& track,
                   const std::vector<Moment>& moments,
@@ -64,7 +64,8 @@ struct MotionNoiseState {
   MotionNoise seen;
   PerTriad<NoiseSource> source{};
   PerTriad<bool> is_estimated{};
-  // Long-run over white variance of the residuals: 1 unless they are correlated.
+  // Long-run variance of the residuals divided by their white variance: 1 unless they are
+  // correlated.
   PerTriad<double> correlation{{1.0, 1.0, 1.0}};
   // Whether a hand's accelerations show. A chain as stiff as the gyroscope's white noise would
   // mistake their slow part for a rotation of the accelerometer in the body. The gyroscope's noise
@@ -73,18 +74,18 @@ struct MotionNoiseState {
   bool is_carried = false;
 };
 
-// The noise that the experiment states, else a first estimate from the scatter of the readings
-// about their neighbours.
+// The noise that the experiment states. If it states none: a first estimate from the scatter of the
+// readings about their neighbours.
 MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
                                    const CalibrateOptions& options,
                                    const StartValues& start,
                                    const MotionTrack& track);
 
-// One round: robust weights, then variances from the squared residuals over their redundancy
-// (Foerstner 1979). The variances are multiplied by the residuals' long-run ratio along the chain:
-// a hand's accelerations are not white, and their density at low frequencies counts. Variances are
-// never below `stated`. `system` is that of the graph and is eliminated again at the end. Returns
-// the largest relative change of a density.
+// One round: updates the robust weights, then the variances, as the squared residuals divided by
+// their redundancy (Foerstner 1979). The variances are multiplied by the residuals' long-run ratio
+// along the chain: a hand's accelerations are not white, and their density at low frequencies
+// counts. Variances are never below `stated`. `system` is that of the graph and is eliminated again
+// at the end. Returns the largest relative change of a density.
 double UpdateMotionNoise(const RobustOptions& robust,
                          const MotionTrack& track,
                          std::vector<Moment>* moments,

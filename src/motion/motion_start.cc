@@ -14,17 +14,17 @@
 namespace truetriad {
 namespace {
 
-// Means over this time replace rests: a unit in the hand turns by a few degrees meanwhile.
+// Means over this time replace rests. A unit in the hand turns by only a few degrees in this time.
 constexpr double kMeanS = 0.1;
-// Time in which a direction changes much more than its noise, and the gyroscope hardly drifts.
+// In this time a direction changes by much more than its noise, and the gyroscope hardly drifts.
 constexpr double kTurnS = 0.8;
-// Chosen: limits the number of means, to far more than the start's parameters need.
+// Chosen: the largest number of means, far more than the parameters of the start need.
 constexpr std::size_t kMostMeans = 500;
 // Chosen: at each node this share of the attitude error that the vector sensors show is corrected.
 constexpr double kDrawn = 0.1;
 
-// The nodes as poses, with the means of the vector sensors' readings about each node; readings are
-// not turned to the node.
+// The nodes as poses, with the means of the vector sensors' readings around each node. The readings
+// are not rotated to the node.
 PoseSet MeansOf(const PoseSet& poses,
                 const std::vector<Moment>& nodes,
                 const MotionTrack& track,
@@ -94,7 +94,7 @@ Result<TriadModel<double>> GyroscopeFromMotion(const TriadOptions& sensor,
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track) {
-  // 20 % more than the interval of a slow sensor, so that each node has a reading of it.
+  // 20 % more than the interval of a slow sensor, so that each node has a reading of that sensor.
   const double mean_s = std::max(kMeanS, 1.2 * track.spacing_s(LeadingTriad(options)));
   const std::vector<Moment> nodes = track.Gather(mean_s, nullptr);
   CalibrateOptions vectors = options;
@@ -170,7 +170,8 @@ std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                               gyroscope,
                                               RateSampling::kInstantaneous);
     } else if (k == 0) {
-      // Corrected clocks may bring readings to nodes before the first one of the coarse chain.
+      // After clocks were corrected, readings may belong to nodes before the first node of the
+      // coarse chain.
       finer[k] = attitudes.front() * IntegrateRotation(track.Between(fine[k], coarse.front()),
                                                        gyroscope,
                                                        RateSampling::kInstantaneous)

@@ -13,9 +13,9 @@
 
 namespace truetriad {
 
-// Start values of a unit that never rests: of the vector sensors from short means in place of
-// rests, of the gyroscope from how the leading sensor's direction turned in the body. Errors: those
-// of FindStartValues.
+// Start values of a unit that never rests: those of the vector sensors from short means in place of
+// rests, those of the gyroscope from how the direction that the leading sensor measures turned in
+// the body. Errors: those of FindStartValues.
 Result<std::vector<StartValues>> FindMotionStarts(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   const MotionTrack& track);
@@ -25,7 +25,8 @@ std::vector<Eigen::Quaterniond> StartAttitudes(const StartValues& start,
                                                const MotionTrack& track,
                                                const std::vector<Moment>& nodes);
 
-// Attitudes of the nodes of a finer chain from those of a coarser one of the same track.
+// The attitudes of the nodes of a finer chain, computed from those of a coarser chain of the same
+// track.
 std::vector<Eigen::Quaterniond> FinerAttitudes(const MotionTrack& track,
                                                const GyroModel& gyroscope,
                                                const std::vector<Moment>& coarse,

@@ -19,7 +19,8 @@ double UsualSpacingS(std::span<const std::int64_t> time_ns) {
   return time_ns.size() < 2 ? 0.0 : 1e-9 * UsualSpacing(time_ns);
 }
 
-// Sums over the readings at one node: their distances from the node in time and in angle.
+// Sums over the readings gathered at one node, of their distances from the node in time and in
+// angle.
 struct TurnSums {
   double time = 0.0, squared = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
@@ -41,7 +42,7 @@ struct TurnSums {
   }
 };
 
-// Removes pieces of a broken chain in which no reading of the leading sensor shows the attitude.
+// Removes each piece of the chain in which no reading of the leading sensor shows the attitude.
 void RemoveUntied(Triad leading, std::vector<Moment>* nodes) {
   std::size_t kept = 0;
   for (std::size_t begin = 0; begin < nodes->size();) {
@@ -113,7 +114,7 @@ void MotionTrack::FindUntoldSteps(const std::vector<Span>& excluded) {
         std::any_of(excluded.begin(), excluded.end(), [this, i](const Span& span) {
           return span.from_s < time_s_[i + 1] && time_s_[i] < span.to_s;
         });
-    // What was left out on request is no fault of the recording.
+    // If readings are excluded on request, the gap is no fault of the recording.
     if (is_excluded) continue;
     untold_s_ += step_s;
     if (i == 0 || !is_untold_[i - 1]) ++untold_;
@@ -130,7 +131,7 @@ void MotionTrack::BreakBefore(double time_s) {
 void MotionTrack::SetForces(const TriadModel<double>& accelerometer) {
   const Vectors& readings = vectors_[Triad::kAccelerometer];
   const Eigen::Matrix3d correction = accelerometer.Correction();
-  std::vector<double> stamped_s = time_s_;  // the gyroscope's times; next: by the other clock
+  std::vector<double> stamped_s = time_s_;  // shifted below to the other sensor's clock
   for (double& at_s : stamped_s) at_s += ahead_s_[Triad::kAccelerometer];
   accelerometer_raw_ = ReadingsAt(stamped_s, readings.time_s, readings.reading_raw);
   force_mps2_ = accelerometer_raw_;
@@ -226,7 +227,7 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
           turned = whole_turns[k].conjugate() * turned;
         }
       } else if (std::abs(since_s) > reach_s) {
-        // Inside a gap of the gyroscope a reading belongs to no node.
+        // If a reading lies in a gap of the gyroscope, it belongs to no node.
         if (!has_next || until_s > reach_s) continue;
         at = k + 1;
       }

@@ -14,12 +14,12 @@
 
 namespace truetriad {
 
-// Readings of a vector sensor gathered about one attitude of the chain.
+// The readings of a vector sensor that are gathered at one node of the chain.
 struct GatheredReadings {
   int count = 0;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  // Mean of R_reading^T R_node: maps a vector in the body at the node to its mean in the body at
-  // the readings.
+  // Mean of R_reading^T R_node: maps a world-fixed vector, in the body frame at the node, to its
+  // mean in the body frames at the readings.
   Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
   // Mean of -d/dt (R_reading^T R_node) = [omega]x R_reading^T R_node, rad/s: by how much `turn`
   // changes if the readings' times are one second earlier.
@@ -53,9 +53,9 @@ class MotionTrack {
   // has no readings at two different times.
   static Result<MotionTrack> Of(const PoseSet& poses, const PerTriad<bool>& wanted);
 
-  // A chain with a node every `spacing_s`. Readings are turned to their node by `gyroscope` (null:
-  // not turned). The chain is broken where the gyroscope did not measure the turn (gaps) and at
-  // joints.
+  // A chain with a node every `spacing_s`. The readings are rotated to their node with the model
+  // `gyroscope`, or not at all if it is null. The chain is broken where the gyroscope did not
+  // measure the turn (gaps) and at joints.
   std::vector<Moment> Gather(double spacing_s, const GyroModel* gyroscope) const;
 
   // The gyroscope's readings from `node` to the next node.
@@ -67,7 +67,7 @@ class MotionTrack {
   }
 
   // By how much a vector sensor's clock is ahead of the gyroscope's, s; zero at first. Gather and
-  // SetForces allow for it.
+  // SetForces correct the times by it.
   double ahead_s(Triad triad) const { return ahead_s_[triad]; }
   void set_ahead_s(Triad triad, double ahead_s) { ahead_s_[triad] = ahead_s; }
 

@@ -11,9 +11,10 @@
 namespace truetriad {
 namespace {
 
-// Least score, over its σ, for which a component leaves its limit; less is rounding.
+// If the score of a component divided by its σ is larger than this, the component leaves its limit.
+// Smaller scores are rounding.
 constexpr double kNoPull = 1e-9;
-// Most passes for n components: 3 n, as in Lawson and Hanson's own program.
+// For n components at most 3 n passes, as in Lawson and Hanson's own program.
 constexpr Eigen::Index kMostFreed = 3;
 
 Eigen::VectorXd BalanceOf(const Eigen::MatrixXd& information) {
@@ -36,8 +37,8 @@ Eigen::VectorXd SolveFor(const std::vector<Eigen::Index>& free,
   return solved;
 }
 
-// Moves the `free` components of x to the solution without limits. If a component reaches zero on
-// the way, it leaves `free`, and the others move on.
+// Moves the `free` components of x towards the solution without limits. If a component reaches zero
+// on the way, it is removed from `free`, and the others go on.
 void GoTo(const Eigen::MatrixXd& information,
           const Eigen::VectorXd& right,
           std::vector<Eigen::Index>* free,
@@ -76,7 +77,7 @@ Eigen::VectorXd StepAbove(const Eigen::VectorXd& limit,
   const Eigen::Index count = score.size();
   const Eigen::VectorXd right = score - information * limit;
   const Eigen::VectorXd balance = BalanceOf(information);
-  Eigen::VectorXd x = Eigen::VectorXd::Zero(count);  // step - limit
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(count);  // the step minus its limit
   std::vector<Eigen::Index> free;
   for (Eigen::Index pass = 0; pass < kMostFreed * count; ++pass) {
     const Eigen::VectorXd pull = balance.cwiseProduct(right - information * x);

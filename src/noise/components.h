@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-// Noise beyond that which the samples inside a pose or a turn show: of each triad's pose means, of
-// the gyroscope's means at known rates, and of the turns between poses.
+// Kinds of excess noise, beyond the noise that the samples within a pose or a turn show: that of
+// each triad's pose means, of the gyroscope's means at known rates, and of the turns between poses.
 enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
 inline constexpr std::size_t kNoiseComponents = 5;  // the values of NoiseComponent
 constexpr NoiseComponent PoseNoise(Triad triad) {
@@ -50,18 +50,20 @@ struct ExcessVariance {
 std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
 
 // Sets the variance of every observation to rest + S (excess + known rate's variance) S^T, S being
-// the graph's sensitivity, and that of every turn to readings' variance + excess + stated variance.
+// the graph's sensitivity, and that of every turn to the sum of the variance of its readings, its
+// excess and its stated variance.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 
-// Mean variance without excess of a component's accepted observations, true unit squared.
+// The mean variance of a component's accepted observations without the excess, true unit squared.
 double MeanKnownVariance(const PoseGraph& graph, NoiseComponent component);
 
-// Rows of a factor with a common variance: V = known + excess * unit, divided by a robust weight.
+// The rows of a factor that have a common variance. Their covariance is V = known + excess * unit,
+// divided by the robust weight.
 struct VariancePart {
   std::size_t factor = 0;
   Eigen::Index row = 0;
   NoiseComponent component = NoiseComponent::kAccelerometer;
-  std::size_t index = 0;  // of the observation in its node, or of the increment
+  std::size_t index = 0;  // index of the observation in its node, or of the increment
   Eigen::Matrix3d unit = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d variance = Eigen::Matrix3d::Identity();
   double weight = 1.0;

@@ -17,7 +17,7 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
   std::vector<DeletionTest> tests;
   for (const VariancePart& part : PartsOf(graph)) {
     const ReducedSystem::Factor& factor = system.factors()[part.factor];
-    // In units of the observation's own standard deviation, so that eigenvalues are within 0 to 1.
+    // Whitened by the observation's own covariance, so that the eigenvalues are between 0 and 1.
     const Eigen::Matrix3d root = CholeskyRoot(part.variance / part.weight);
     const Eigen::Matrix3d A =
         root.transpose() * system.ProjectorBlock(part.factor, part.row) * root;
@@ -27,7 +27,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
     DeletionTest test{part.component, factor.node, part.index, 0.0, 0};
     for (int axis = 0; axis < 3; ++axis) {
       const double eigenvalue = solver.values[axis];
-      // If smaller, only this observation determines some parameter, so that it cannot be tested.
+      // If the eigenvalue is smaller, only this observation determines some parameter, and it
+      // cannot be tested in this direction.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
       // An eigenvalue exceeds 1 only by rounding.
@@ -35,7 +36,8 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
       test.chi2 += residual * residual / variance;
       ++test.rank;
     }
-    // A χ² beyond the range of a double is no test; checks of the parameters find such a result.
+    // If χ² exceeds the range of a double, there is no test. Checks of the parameters find such a
+    // result.
     if (!std::isfinite(test.chi2)) {
       test.chi2 = 0.0;
       test.rank = 0;

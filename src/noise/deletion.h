@@ -17,12 +17,12 @@ inline constexpr double kRejectedWeight = 1e-8;
 // of the deletion residual, with `rank` degrees of freedom (those that the pose's unknowns leave).
 struct DeletionTest {
   NoiseComponent component = NoiseComponent::kAccelerometer;
-  std::size_t node = 0;         // of a turn: its first node
-  std::size_t observation = 0;  // of a turn: the index of its increment
+  std::size_t node = 0;         // the pose's node; for a turn, its first node
+  std::size_t observation = 0;  // index in the node; for a turn, the index of its increment
   double chi2 = 0.0;
   int rank = 0;
 };
-// The tests of the poses in order, observation by observation, then those of the turns.
+// First the tests of all observations, pose by pose, then those of the turns.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system);
 
 }  // namespace truetriad

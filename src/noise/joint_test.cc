@@ -25,7 +25,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
       a2 += weight * Times(changes[s], changes[t]).trace();
     }
   }
-  // No variance was estimated, or none with an influence: the test is χ².
+  // If no variance was estimated, or none that has an influence, the test is χ².
   if (!(a2 > 1e-12 * q)) return test;
   const double b = (a1 + 6.0 * a2) / (2.0 * q);
   const double g = ((q + 1.0) * a1 - (q + 4.0) * a2) / ((q + 2.0) * a2);

@@ -26,12 +26,12 @@ struct JointTest {
 };
 JointTest KenwardRogerTest(const ExcessEstimate& estimate, const ReducedSystem& system);
 
-// Degrees of freedom of a graph's noise with this estimate: infinite if no variance was estimated.
+// The degrees of freedom of the estimated noise of a graph; infinite if no variance was estimated.
 double NoiseDof(const ExcessEstimate& estimate, const PoseGraph& graph);
 
 // The joint test of a part of the parameters: the columns of `tested` span the tested directions of
-// the free coordinates. `estimate` may be of a larger model than `graph`; `system`: of `graph` with
-// its present variances. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
+// the free coordinates. `estimate` may belong to a larger model than `graph`. `system` belongs to
+// `graph` with its present variances. scale * -2 log(likelihood ratio) / columns ~ F(columns, dof).
 JointTest KenwardRogerTest(const ExcessEstimate& estimate,
                            const ReducedSystem& system,
                            const PoseGraph& graph,

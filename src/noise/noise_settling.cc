@@ -22,17 +22,20 @@
 namespace truetriad {
 namespace {
 
-// Chosen: rounds that have not settled by then end with a last solution.
+// Chosen: the most rounds. If they have not settled by then, a last solution ends them.
 constexpr int kMaxNoiseRounds = 15;
-// Passes, each after a new integration of the turns; a second is rare, a third rarer.
+// The largest number of passes. Before each pass, the turns are integrated again. A second pass is
+// rarely needed, a third hardly ever.
 constexpr int kMostNoisePasses = 3;
-// A turn with a larger σ than this, 11 degrees, determines nothing of a sensor worth calibrating.
+// If the σ of a turn is larger than this (11 degrees), the turn determines nothing, for any sensor
+// that is worth calibrating.
 constexpr double kSaysNothingRad = 0.2;
-// From this round on rejected observations stay rejected, so that rounds end.
+// From this round on, rejected observations stay rejected, so that the rounds come to an end.
 constexpr int kReadmittingRounds = 5;
-// Parameters that a step changes by less than this χ², 0.1 σ, need no further step.
+// If a step changes the parameters by less than this χ² (0.1 σ), no further step is needed.
 constexpr double kSmallStepChi2 = 0.01;
-// A step that achieves less than this share of its predicted decrease is undone as too nonlinear.
+// If the cost falls by less than this share of the predicted decrease, the problem is too
+// nonlinear, and the step is undone.
 constexpr double kKeptPromise = 0.5;
 // Rounding error of a sum of 1e6 squares: 1e6 times 1e-16.
 constexpr double kCostRounding = 1e-10;
@@ -55,7 +58,7 @@ double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& gr
   return sigma * sigma;
 }
 
-// Least excess: without rest noise the excess is the whole noise, which is zero for exact data.
+// The least excess. Without rest noise, it is the whole noise, which is zero for exact data.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
@@ -65,7 +68,7 @@ ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   return floor;
 }
 
-// Estimates the excess. `system`: of the graph at its state; on return with the found variances.
+// Estimates the excess. `system` belongs to the graph; on return, it has the estimated variances.
 void Estimate(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   noise->estimate = EstimateExcess(
       noise->estimated, noise->estimate, noise->excess, ExcessFloor(*noise, *graph), graph, system);
@@ -92,8 +95,8 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
 }
 
 // If other unknowns (the tilt of a six-face block, say) explain the residuals as well, the estimate
-// of an excess and all σ from that would be arbitrary. Such components are dropped one by one: if
-// only the sum of two is determined, one of them is determined without the other.
+// of an excess and all σ from that would be arbitrary. Such components are dropped one by one,
+// since if only the sum of two is determined, each of them is determined without the other.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
@@ -117,7 +120,7 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                        "noise: { excess: { sigma: … } }") +
             " if you know it");
     finding.sensor = TriadOf(*unseen);
-    // If the poses' noise is known and hides that of turns, the latter hardly matters.
+    // If the estimated noise of the poses hides that of the turns, the latter hardly matters.
     if (*unseen == NoiseComponent::kTurn && !noise->estimated.empty()) finding.As(Severity::kNote);
     ApplyExcess(noise->excess, graph);
     system->Eliminate(*graph);
@@ -126,8 +129,8 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
   }
 }
 
-// First guess of each excess: that for which the median of the deletion tests equals the median of
-// χ². Even if almost half of the poses are disturbed, the guess changes little.
+// The first guess of each excess: the value for which the median of the deletion tests equals the
+// median of χ². Even if almost half of the poses are disturbed, the guess changes little.
 void GuessExcessFromMedians(NoiseState* noise, PoseGraph* graph, ReducedSystem* system) {
   const std::vector<DeletionTest> tests = DeletionTests(*graph, *system);
   const ExcessVariance floor = ExcessFloor(*noise, *graph);
@@ -160,9 +163,9 @@ bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
   });
 }
 
-// If a component's excess is undetermined without its rejected observations, an unknown noise
-// rejected these: they return, and the component is not tested again. Returns whether one was
-// found.
+// If the excess of a component is not determined without its rejected observations, they were
+// rejected by an unknown noise. They are then accepted again, and the component is not tested any
+// more. Returns whether there was such a component.
 bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
                                const PoseGraph& graph,
                                UnknownNoise* unknown) {
@@ -176,9 +179,10 @@ bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
   return readmits;
 }
 
-// Takes Gauss-Newton steps until they are small; `system`: of the graph, before and after. If a
-// step cannot be taken or does not lower the cost as predicted, or steps stay large, restores the
-// graph, but not `system`, and returns false. The optimiser computes the last solution in any case.
+// Takes Gauss-Newton steps until they are small; `system` belongs to the graph before and after the
+// steps. If a step cannot be taken or does not lower the cost as predicted, or if steps stay large,
+// restores the graph, but not `system`, and returns false. The optimiser always computes the last
+// solution.
 bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
   const Eigen::VectorXd shared_before = graph->shared;
   std::vector<PoseValues> states_before;
@@ -199,9 +203,9 @@ bool TakeSteps(PoseGraph* graph, ReducedSystem* system) {
   return false;
 }
 
-// Rounds of the robust step (unless `robust` is null), the solution and the excess, until nothing
-// changes. Returns false if the solution does not converge: more rounds would only creep along an
-// undetermined direction.
+// Repeats the robust step (unless `robust` is null), the solution and the estimate of the excess
+// until nothing changes. Returns false if the solution does not converge: more rounds would only
+// creep along an undetermined direction.
 bool TakeRounds(const RobustOptions* robust,
                 NoiseState* noise,
                 UnknownNoise* unknown,
@@ -212,7 +216,7 @@ bool TakeRounds(const RobustOptions* robust,
                 int* rounds) {
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++*rounds;
-    // If readmission had no end, borderline observations could be rejected and return for ever.
+    // If acceptance had no end, borderline observations could come and go for ever.
     WeightChange weights;
     if (robust != nullptr) {
       const bool may_readmit = round < kReadmittingRounds;
@@ -346,7 +350,8 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
     dof += node.row_count() - node.tangent_size();
     for (const Observation& observation : node.observations) {
       if (!observation.rejected) continue;
-      // A rejected triad loses its three rows. A rotation without it keeps only a direction.
+      // A rejected triad loses its three rows. If the pose's unknown is a rotation, the other triad
+      // determines only a direction.
       dof -= node.kind == PoseKind::kRotation && !node.has_attitude_prior ? 2 : 3;
       if (node.kind == PoseKind::kDirection) dof += 2;
     }
@@ -413,8 +418,8 @@ int SettleNoise(const RobustOptions& robust,
     if (came_to_an_end) log->Solve(kFinalTolerance, graph);
     system.Linearise(*graph);
     StateCurvatures(*graph, system, &noise->estimate);
-    // The rounds use turns integrated once; if parameters moved far, the last solution, which
-    // integrates again, has different residuals.
+    // In the rounds, turns are integrated only once. The last solution integrates them again, and
+    // if the parameters moved far, it has different residuals.
     if (!came_to_an_end || FurthestOff(*noise, *graph, system).IsSettled()) break;
     if (pass + 1 < kMostNoisePasses && !Acts(Mechanism::kNoisePasses)) break;
   }

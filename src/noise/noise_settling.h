@@ -19,9 +19,9 @@ struct NoiseState {
   std::vector<NoiseComponent> estimated;  // components whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
-  bool unknown = false;  // the residuals, which should show the noise, do not
+  bool unknown = false;  // the residuals should show the noise, but do not show it
 
-  // Whether all of this component's noise is estimated from the residuals.
+  // Whether the whole noise of the component is estimated from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
     if (component == NoiseComponent::kRate) component = NoiseComponent::kGyroscope;
     const std::optional<Triad> triad = TriadOf(component);
@@ -36,11 +36,11 @@ NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Fi
 // noise get noise in proportion to their signal, so that their weights are balanced.
 void StartNoise(NoiseState* noise, PoseGraph* graph);
 
-// Reduces the weight of readings whose length, by the start values, is far from that of the field,
-// since a few of these would displace the first solution. UpdateWeights tests them again.
+// Reduces the weight of readings whose length, according to the start values, is far from that of
+// the field. A few such readings would displace the first solution. UpdateWeights tests them again.
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
-// The sum of a run's optimisations.
+// Sums over all optimisations of a run.
 struct SolveLog {
   bool converged = false;  // of the last optimisation
   int iterations = 0;
@@ -50,13 +50,15 @@ struct SolveLog {
   void Solve(double tolerance, PoseGraph* graph);
 };
 
-// The |z| of a normal variable above which the robust step rejects, if it makes `tests` tests.
+// If the robust step makes `tests` tests, it rejects observations whose |z|, as of a normal
+// variable, is above this.
 double RejectedFrom(std::size_t tests);
 
-// Rows and priors minus unknowns, without rejected observations.
+// The number of rows and priors minus the number of unknowns, without rejected observations.
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
 
-// The variance furthest from its optimum at the graph's state; `system`: of the graph.
+// The variance that is furthest from its optimum at the state of the graph. `system` belongs to the
+// graph.
 OffOptimum FurthestOff(const NoiseState& noise,
                        const PoseGraph& graph,
                        const ReducedSystem& system);

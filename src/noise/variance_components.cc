@@ -14,17 +14,18 @@
 namespace truetriad {
 namespace {
 
-// Chosen: if steps have not converged by then, the next pass begins with a step of Fisher's.
+// Chosen: the most steps in a pass. If they have not converged by then, the next pass begins with a
+// Fisher step.
 constexpr int kMaxScoringSteps = 60;
 // A pass may end away from the optimum; the next pass begins where it ended.
 constexpr int kMostPasses = 3;
-// A step below this share of a variance's own σ is the last.
+// If a step changes each variance by less than this share of the variance's σ, it is the last step.
 constexpr double kSettledScoring = 1e-4;
-// Share of a variance: shorter steps are Newton's. If a variance has changed by more than this
-// share, the expected information is computed again.
+// A share of a variance. Newton steps are used if steps are shorter than this. If a variance has
+// changed by more than this, the expected information is computed again.
 constexpr double kNearOptimum = 0.3;
-// Largest factor by which a step changes a variance: without a limit, steps overshot twentyfold, up
-// and down without end.
+// The largest factor by which a step may change a variance. Without this limit, steps overshot
+// twentyfold in both directions without end.
 constexpr double kLongestStep = 20.0;
 
 // Rows of Z_s D J with a common variance, component by component.
@@ -48,7 +49,7 @@ class ComponentRows {
   // Takes the rows from a system with new variances.
   void Take(const ReducedSystem& system) {
     const auto B = system.B();
-    StackedRows some, changed;  // a block of rows, for one product
+    StackedRows some, changed;  // memory for a block of rows in one product
     for (std::size_t s = 0; s < changes_.size(); ++s) {
       const Eigen::Index count = 3 * static_cast<Eigen::Index>(changes_[s].size());
       ZB_[s].resize(count, B.cols());
@@ -82,7 +83,7 @@ class ComponentRows {
     return system.Project(std::move(all));
   }
 
-  // The component's rows of a matrix of all rows.
+  // Of a matrix with all rows, the rows of the component.
   StackedRows RowsOf(std::size_t s, const StackedRows& all, const ReducedSystem& system) const {
     StackedRows own(ZB_[s].rows(), all.cols());
     Eigen::Index at = 0;
@@ -178,7 +179,8 @@ Eigen::MatrixXd FisherOf(const ComponentRows& rows,
   return fisher;
 }
 
-// Whether information at the variances `from` is a good approximation at `to`.
+// Whether the information computed at the variances `from` is a good approximation at the variances
+// `to`.
 bool IsNear(const Eigen::VectorXd& from, const Eigen::VectorXd& to) {
   const Eigen::ArrayXd ratio = (from.array() / to.array()).log();
   return ratio.abs().maxCoeff() < kNearOptimum;
@@ -199,7 +201,7 @@ class ScoringReach {
       : factor_(Eigen::VectorXd::Constant(count, kLongestStep)),
         last_step_(Eigen::VectorXd::Zero(count)) {}
 
-  // The lower limit of a step, at variances with these totals.
+  // The lower limit of a step if the variances have these totals.
   Eigen::VectorXd Limit(const std::vector<NoiseComponent>& components,
                         const ExcessVariance& floor,
                         const ExcessVariance& variance,
@@ -212,8 +214,8 @@ class ScoringReach {
     return limit;
   }
 
-  // Limits a step. If a long step reverses the last one, first reduces the largest factor to its
-  // root.
+  // Limits a step. If a long step has the opposite direction of the last step, first reduces the
+  // largest factor to its square root.
   void Shorten(const Eigen::VectorXd& total, Eigen::VectorXd* step) {
     for (Eigen::Index s = 0; s < total.size(); ++s) {
       double& along = (*step)[s];
@@ -286,7 +288,7 @@ class Scoring {
       ApplyExcess(variance_, graph_);
       system_->Eliminate(*graph_);
       ScoreOf(rows_, *system_, &score_, &average_);
-      // The change still to come, if steps go on shrinking at the same rate.
+      // The change that is still to come if the steps go on shrinking at the same rate.
       const double contraction = iteration > 0 ? std::min(largest_change / last_change, 1.0) : 1.0;
       if (!(largest_change * contraction > kSettledScoring)) break;
       last_change = largest_change;
@@ -327,8 +329,9 @@ class Scoring {
 
   Eigen::MatrixXd FisherHere() const { return Rescaled(fisher_, fisher_at_, Totals(variance_)); }
 
-  // Newton's step near the optimum, where the expected information is known: the observed
-  // information is twice the average minus the expected one. Otherwise Fisher's step.
+  // Near the optimum, where the expected information is known: Newton's step, whose observed
+  // information is twice the average information minus the expected information. Otherwise Fisher's
+  // step.
   Eigen::VectorXd NextStep(ScoringReach* reach) {
     const Eigen::VectorXd total = Totals(variance_);
     const Eigen::VectorXd limit = reach->Limit(components_, floor_, variance_, total);
@@ -389,7 +392,7 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
   for (int pass = 0; pass < kMostPasses; ++pass) {
     scoring.Run();
     if (scoring.off().IsSettled()) break;
-    // If the steps did not reach the optimum, the next pass begins with Fisher's.
+    // The steps did not reach the optimum, so the next pass begins with a Fisher step.
     scoring.Forget();
   }
   return scoring.Finish();

@@ -22,7 +22,8 @@ namespace truetriad {
 struct ExcessEstimate {
   ExcessVariance variance{};
   // Fisher information of the components and its inverse, rows and columns in the order of
-  // `components`; until StateCurvatures is called, accurate to first order in the last steps only.
+  // `components`. Until StateCurvatures is called, they are accurate only to first order in the
+  // last steps.
   std::vector<NoiseComponent> components;
   Eigen::MatrixXd fisher, covariance;
   // StateCurvatures sets these. C_s = sum J^T D Z_s D J, so that d M^-1 / d excess_s = M^-1 C_s
@@ -35,7 +36,8 @@ struct ExcessEstimate {
 // The component furthest from its optimum: its score in units of the score's σ, the root of the
 // component's information. A component at its floor is at its optimum if its score is negative.
 struct OffOptimum {
-  // Largest settled score: the variance is then off by a tenth of its σ, results by far less.
+  // If the score is at most this, the component has settled: its variance is off by at most a tenth
+  // of its σ, results by far less.
   static constexpr double kMostSigmas = 0.1;
 
   std::optional<NoiseComponent> component;  // Unset: there is none.
@@ -44,9 +46,9 @@ struct OffOptimum {
   bool IsSettled() const { return !component || score_sigmas <= kMostSigmas; }
 };
 
-// `system`: of the graph with the variances `start`; on return with the estimated ones. `before`:
-// an estimate for a similar system, or empty. `floor`: least value of each component (zero if rest
-// noise keeps the weights finite).
+// `system` belongs to the graph with the variances `start`; on return, it has the estimated
+// variances. `before`: an estimate for a similar system, or empty. `floor`: least value of each
+// component (zero if rest noise keeps the weights finite).
 ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               const ExcessEstimate& before,
                               const ExcessVariance& start,
@@ -54,7 +56,8 @@ ExcessEstimate EstimateExcess(const std::vector<NoiseComponent>& components,
                               PoseGraph* graph,
                               ReducedSystem* system);
 
-// The component of `estimate` furthest from its optimum; `system`: of the graph with its variances.
+// The component of `estimate` that is furthest from its optimum. `system` belongs to the graph with
+// the variances of `estimate`.
 OffOptimum FurthestOff(const ExcessEstimate& estimate,
                        const ExcessVariance& floor,
                        const PoseGraph& graph,

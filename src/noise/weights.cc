@@ -12,14 +12,14 @@
 namespace truetriad {
 namespace {
 
-// Weights have settled if their mean change is below this: 0.1 % of a full weight.
+// If the mean change of the weights is below this, 0.1 % of a full weight, they have settled.
 constexpr double kSettledWeight = 1e-3;
 
 bool IsSamePose(const DeletionTest& a, const DeletionTest& b) {
   return a.component != NoiseComponent::kTurn && a.node == b.node;
 }
 
-// The weight of the tested observation or turn.
+// References to the weight and the rejection of the tested observation or turn.
 struct RobustWeight {
   double& weight;
   bool& rejected;
@@ -40,8 +40,8 @@ struct Judgement {
   bool rejected = false;
 };
 
-// If most observations of a component are rejected, these are not disturbed, but the guess of their
-// excess was too small. All of them are admitted until that excess is estimated.
+// If most observations of a component are rejected, they are not disturbed, but their excess was
+// guessed too small. All of them are then accepted until this excess is estimated.
 void AdmitMajorities(const UnknownNoise& unknown,
                      const std::vector<DeletionTest>& tests,
                      const PoseGraph& graph,
@@ -64,7 +64,8 @@ void AdmitMajorities(const UnknownNoise& unknown,
 // a larger |z| is the same for each rank.
 std::array<double, 4> HuberLimits(double scale) {
   std::array<double, 4> limits{};
-  // A scale above 7.1 acts as 7.1: beyond that, the tail is lost in the rounding of 1 - tail.
+  // A scale above 7.1 has the effect of 7.1: for larger ones the tail is lost in the rounding of 1
+  // - tail.
   const double inside = std::min(ChiSquareCdf(scale * scale, 1.0), 1.0 - 1e-12);
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     limits[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));
@@ -72,7 +73,7 @@ std::array<double, 4> HuberLimits(double scale) {
   return limits;
 }
 
-// Degrees of freedom of each noise component; infinite if it is known.
+// The degrees of freedom of each noise component; infinite if its noise is known.
 std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGraph& graph) {
   std::array<double, kNoiseComponents> dof{};
   dof.fill(std::numeric_limits<double>::infinity());
@@ -84,13 +85,13 @@ std::array<double, kNoiseComponents> DofOf(const NoiseState& noise, const PoseGr
   return dof;
 }
 
-// Where the tests of one pose or one turn end, and the worst of these tests.
+// The index after the last test of one pose or turn, and the index of the worst of these tests.
 struct TestsOfOne {
   std::size_t end = 0, worst = 0;
   bool has_rejected = false;
 };
 
-// The tests from `first` on that are of the same pose; a turn has only one test.
+// The tests from `first` on that belong to the same pose. A turn has only one test.
 TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, PoseGraph* graph) {
   const bool is_turn = tests[first].component == NoiseComponent::kTurn;
   TestsOfOne found{first, first, false};
@@ -107,7 +108,8 @@ TestsOfOne TestsFrom(std::size_t first, const std::vector<DeletionTest>& tests, 
   return found;
 }
 
-// The probability of a test at least as large by chance; `dof`: degrees of freedom of the noise.
+// The probability that a test is at least as large by chance. `dof`: the degrees of freedom of the
+// noise.
 double ChanceOf(const DeletionTest& test, double dof) {
   return std::isfinite(dof) ? 1.0 - FisherCdf(test.chi2 / test.rank, test.rank, dof)
                             : 1.0 - ChiSquareCdf(test.chi2, test.rank);
@@ -128,8 +130,8 @@ WeightChange UpdateWeights(const RobustOptions& robust,
   const std::array<double, kNoiseComponents> dof = DofOf(noise, *graph);
   std::vector<Judgement> judgements(tests.size());
   for (std::size_t first = 0; first < tests.size();) {
-    // A disagreement at one pose raises the tests of all its triads: only the worst is rejected,
-    // and the others are tested again without it.
+    // A disagreement at one pose raises the tests of all its triads: only the worst triad is
+    // rejected, and the others are tested again without it.
     const TestsOfOne of_one = TestsFrom(first, tests, graph);
     for (std::size_t i = first; i < of_one.end; ++i) {
       const RobustWeight now = WeightOf(tests[i], graph);

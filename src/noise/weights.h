@@ -12,7 +12,8 @@ namespace truetriad {
 // Probability, over all poses and sensors of a run, that some undisturbed observation is rejected.
 constexpr double kRejectionLevel = 0.01;
 
-// Whether the test is of a turn of known angle, whose noise is mostly that of the statement.
+// Whether the test belongs to a turn of stated angle. Its noise is mostly the uncertainty of the
+// stated angle.
 inline bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
   return test.component == NoiseComponent::kTurn &&
          graph.increments[test.observation].stated_turn >= 0;

@@ -17,10 +17,10 @@ namespace {
 
 // Chosen: random programs are at most this many times as long as the planned one.
 constexpr int kRandomStretch = 3;
-// Largest tilt with which a pose counts as standing on a face of a six-face block, rad (11 deg).
+// With at most this tilt, rad (11 deg), a pose counts as standing on a face of a block.
 constexpr double kLargestFaceTilt = 0.2;
 
-// Log of the geometric mean of σ; infinite if one quantity is not determined.
+// The logarithm of the geometric mean of σ; infinite if a quantity is not determined.
 double MeanLog(const Eigen::VectorXd& sigmas) { return sigmas.array().log().mean(); }
 
 RandomComparison CompareWithRandom(const PlanProblem& problem,
@@ -33,7 +33,7 @@ RandomComparison CompareWithRandom(const PlanProblem& problem,
   const bool from_grid = options.calibrate.attitudes.kind == AttitudeKind::kSixFace;
   const std::vector<Eigen::Quaterniond> faces = SixFaceAttitudes();
   Random random(options.seed);
-  // gains[n]: for each draw of n poses, the ratio of its geometric mean σ to that of the plan.
+  // gains[n]: for each random draw of n poses, its geometric mean σ divided by the plan's.
   std::vector<std::vector<double>> gains(longest + 1);
   for (int draw = 0; draw < options.random_draws; ++draw) {
     std::vector<ProgramPose> poses(longest);
@@ -92,7 +92,7 @@ std::vector<PosePurpose> PurposesOf(const PlanProblem& problem,
   return purposes;
 }
 
-// Labels each pose with words for the operator; leaves out the heading if no sensor measures it.
+// Labels each pose in words for the operator, without the heading if no sensor measures it.
 void Label(bool has_heading, std::vector<ProgramPose>* poses) {
   for (ProgramPose& pose : *poses) {
     pose.label = AttitudeInWords(pose.world_from_body);
@@ -162,7 +162,8 @@ std::vector<WantedSigma> WantedOf(const PlanProblem& problem,
     if (options.program) continue;
     if (!problem.has_gyroscope()) item.poses_needed = FewestPoses(problem, options, name);
     if (!item.met) continue;
-    // FewestPoses is not exhaustive: if the program reaches this σ, its number of poses suffices.
+    // FewestPoses does not try all programs. If the planned program reaches this σ, its number of
+    // poses suffices and may be smaller.
     const auto taken = static_cast<int>(plan.program.poses.size());
     item.poses_needed = std::min(item.poses_needed.value_or(taken), taken);
   }
@@ -234,7 +235,7 @@ Status PlanOptions::Validate() const {
 
 Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   TRUETRIAD_RETURN_IF_ERROR(asked.Validate());
-  // A plan ignores the Earth's rate: it is known beforehand and lowers no σ that matters here.
+  // A plan ignores the Earth's rate, which is known beforehand and does not noticeably lower any σ.
   PlanOptions options = asked;
   options.calibrate.reference.earth_rate.reset();
   TRUETRIAD_ASSIGN_OR_RETURN(const PlanProblem problem, PlanProblem::Create(measured, options));
@@ -247,7 +248,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
     plan.program = *options.program;
   } else {
     TRUETRIAD_ASSIGN_OR_RETURN(plan.program.poses, FindPoses(measured, options, problem));
-    // For turns, the operator needs a heading even if no sensor measures it.
+    // If there are turns, the operator needs headings even if no sensor measures them.
     Label(problem.has_heading() || problem.has_gyroscope(), &plan.program.poses);
   }
 
@@ -275,7 +276,7 @@ Result<Plan> MakePlan(const PoseSet& measured, const PlanOptions& asked) {
   }
   plan.weak_directions = std::move(observability.weak_directions);
   plan.covariance = problem.Present(system.covariance()).covariance;
-  // Infinite σ cannot be compared.
+  // If a σ is infinite, the plan cannot be compared.
   if (options.random_draws > 0 && after.allFinite() && !problem.has_gyroscope()) {
     plan.random = CompareWithRandom(problem, options, plan, after);
   }

@@ -15,13 +15,13 @@
 #include "truetriad/calibrate/calibrate.h"
 #include "truetriad/math/rotation.h"
 
-// The unit and the noise that are assumed before the planned poses are taken.
+// The unit and the noise that are assumed as long as the planned poses are not recorded.
 
 namespace truetriad {
 namespace {
 
-// Assumed rate of the gyroscope's readings, Hz; any will do: only the density of their noise
-// matters.
+// Assumed rate of the gyroscope's readings, Hz. Any rate gives the same plan, since only the noise
+// density matters.
 constexpr double kPlannedRateHz = 100.0;
 // Strength of the field as at middle latitudes.
 constexpr double kUsualFieldUt = 50.0;
@@ -30,7 +30,8 @@ constexpr double kUsualDipRad = std::numbers::pi / 3.0;  // Dip at middle latitu
 }  // namespace
 
 // Chooses the nominal unit, at which the graph is linearised, and the noise of the graph's rows:
-// both from a calibration of the measured poses if these suffice for one, else as stated.
+// both are taken from a calibration of the measured poses if these suffice for one, otherwise from
+// the experiment.
 Status PlanProblem::ChooseNominal() {
   const bool free_attitudes = calibrate().attitudes.kind == AttitudeKind::kNone;
   if (!measured_.poses.empty()) {
@@ -193,7 +194,8 @@ double PlanProblem::AttitudeSigma() const {
   return std::sqrt(variance);
 }
 
-// Sets the noise of a turn: the noise of readings at rest, integrated over the turn.
+// Sets the noise of a turn: the noise of the gyroscope's readings at rest, integrated over the
+// turn.
 Status PlanProblem::ChooseTurns() {
   const TriadOptions& sensor = calibrate().triads[Triad::kGyroscope];
   turns_.gyroscope = *nominal_.models[Triad::kGyroscope];

@@ -26,11 +26,12 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the information count as zero below this share of the largest: they are rounding.
+// Eigenvalues of the information below this share of the largest are rounding and count as zero.
 constexpr double kRoundingShare = 1e-14;
-// Inverse condition number above which an inverse keeps at least six digits.
+// If the inverse condition number is larger, an inverse matrix has at least six correct digits.
 constexpr double kWellConditioned = 1e-10;
-// Number of samples of a planned rest, so large that a sampling interval does not lengthen it.
+// The number of samples of a planned rest. It is so large that the last sampling interval adds
+// nothing to the rest's length.
 constexpr std::int64_t kRestSamples = 1'000'000'000;
 
 std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
@@ -40,7 +41,7 @@ std::string FaceUp(const Eigen::Quaterniond& world_from_body) {
   return std::string(up[axis] < 0.0 ? "-" : "+") + AxisLetter(axis);
 }
 
-// Poses that together have every planned temperature and every face of a six-face block.
+// A few poses that together cover every planned temperature and every face of a six-face block.
 std::vector<ProgramPose> SpanningPoses(const PlanOptions& options) {
   std::vector<ProgramPose> poses;
   if (options.program) {
@@ -169,8 +170,9 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
   options.cross_validation_folds = 0;
   options.limits = {};
   options.initialise.only = false;
-  // The real unit may differ much from the nominal one: no calibration fits readings of both.
-  // Readings of the nominal unit in the measured attitudes thus replace the measured readings.
+  // The real unit may differ much from the nominal one, and then no calibration fits readings of
+  // both. Readings that the nominal unit would give in the measured attitudes therefore replace the
+  // measured readings.
   std::vector<ProgramPose> measured;
   for (const PoseNode& node : graph_.nodes) {
     ProgramPose& pose = measured.emplace_back();
@@ -193,7 +195,7 @@ Status PlanProblem::Rehearse(const std::vector<ProgramPose>& poses) const {
 PoseGraph PlanProblem::GraphOf(const PoseSet& poses) const {
   PoseGraph graph = graph_;
   auto nodes = BuildNodes(poses, calibrate(), source_);
-  CHECK(nodes) << nodes.error().message;  // the measured poses have been accepted before
+  CHECK(nodes) << nodes.error().message;  // cannot fail: the measured poses were accepted before
   graph.nodes = *std::move(nodes);
   SetStartAttitudes(nominal_, &graph);
   for (PoseNode& node : graph.nodes) {
@@ -230,7 +232,7 @@ std::vector<InformationRows> PlanProblem::Rows(const std::vector<ProgramPose>& p
                   &shared_jacobian,
                   &tangent_jacobian);
     const PoseRowMatrix root = node.SquareRootInformation();
-    // Only rows orthogonal to the attitude's Jacobian count: the attitude absorbs the others.
+    // Only the part orthogonal to the attitude's Jacobian counts: the attitude absorbs the rest.
     Eigen::MatrixXd whitened = Times(Times(root, shared_jacobian), to_free);
     if (node.tangent_size() > 0) whitened = InFrameOf(Times(root, tangent_jacobian), whitened);
     rows.emplace_back(whitened.bottomRows(node.row_count() - node.tangent_size()));

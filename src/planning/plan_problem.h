@@ -29,8 +29,8 @@ struct PlanQuantity {
   double typical = 1.0;  // value whose effect is as large as the signal
 };
 
-// Largest σ / wanted that counts as reached. Because of rounding, four poses, which halve σ, may
-// just miss σ / 2.
+// If σ / wanted σ is at most this, the wanted σ counts as reached. It is above 1 because of
+// rounding: four poses, which halve σ, could just miss σ / 2.
 inline constexpr double kReached = 1.0 + 1e-9;
 
 // The estimator's graph for planned poses, linearised at exact readings of the nominal unit. All
@@ -40,13 +40,13 @@ class PlanProblem {
   // Error: a noise or a gain is not stated.
   static Result<PlanProblem> Create(const PoseSet& measured, const PlanOptions& options);
 
-  // The rows of each pose by itself. Turns between poses, which a gyroscope measures, are only in
-  // Information.
+  // The information rows of each pose by itself. The information of turns between poses, which a
+  // gyroscope measures, is contained only in Information().
   std::vector<InformationRows> Rows(const std::vector<ProgramPose>& poses) const;
 
   // The information of priors and measured poses.
   const Eigen::MatrixXd& known() const { return known_; }
-  // The information of priors, measured poses, `poses` and the turns between them in this order.
+  // Information of priors, measured poses, `poses` and the turns between `poses` in their order.
   Eigen::MatrixXd Information(const std::vector<ProgramPose>& poses) const;
 
   const std::vector<PlanQuantity>& quantities() const { return quantities_; }
@@ -90,7 +90,7 @@ class PlanProblem {
   Status ChooseLayout();
   void FindQuantities();
 
-  // The measured set without its poses and turns.
+  // A copy of the measured set without poses and turns.
   PoseSet NoReadings() const;
   // `set` plus `poses` and the turns between them, with the nominal unit's readings.
   PoseSet WithReadings(PoseSet set, const std::vector<ProgramPose>& poses) const;
@@ -102,15 +102,15 @@ class PlanProblem {
   const CalibrateOptions& calibrate() const { return options_.calibrate; }
 
   PlanOptions options_;
-  std::optional<Calibration> calibrated_;  // of the measured poses, if they are enough for one
+  std::optional<Calibration> calibrated_;  // from the measured poses, if these suffice
   StartValues nominal_;
   PerTriad<NoiseSource> source_{};
   PerTriad<Eigen::Matrix3d> rest_covariance_;  // of a planned pose's mean, raw
   ExcessVariance excess_{};
   std::map<std::pair<int, Triad>, double> weights_;  // robust weights of measured poses
   PlannedTurns turns_;
-  // False: no reading depends on the heading. Readings of a magnetometer alone do depend on it,
-  // because the field is not vertical.
+  // False if no reading depends on the heading. A magnetometer's readings depend on it, even
+  // without another sensor, because the field is not vertical.
   bool has_heading_ = true;
   PoseSet measured_;
   PoseGraph graph_;  // nodes of measured poses; layout and priors of all poses
@@ -127,8 +127,8 @@ Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
                                            const PlanOptions& options,
                                            const PlanProblem& problem);
 
-// The fewest poses that reach the wanted σ of this group of quantities alone; unset: more than
-// max_poses. Not for the groups of a gyroscope.
+// The fewest poses that reach the wanted σ of this group of quantities alone; unset if more than
+// max_poses are needed. Must not be called for the groups of a gyroscope.
 std::optional<int> FewestPoses(const PlanProblem& problem,
                                PlanOptions options,
                                const std::string& group);

@@ -11,7 +11,7 @@
 #include "truetriad/base/triad.h"
 #include "truetriad/model/calibration.h"
 
-// The estimated quantities, by sensing axis and in the units in which limits are stated.
+// The estimated quantities of a plan, by sensing axis and in the units in which limits are stated.
 
 namespace truetriad {
 namespace {
@@ -25,8 +25,8 @@ struct ScaledEntry {
   std::tuple<int, int, std::string> order;
 };
 
-// Like limits, quantities are named by sensing axis, not by the body axis along which it is
-// mounted.
+// Quantities are named by sensing axis, as limits are, not by the body axis along which the sensing
+// axis points.
 ScaledEntry OfSensor(const ParameterName& name,
                      const Eigen::Matrix3d& S,
                      const ReferenceVector& reference,
@@ -34,7 +34,7 @@ ScaledEntry OfSensor(const ParameterName& name,
   const Eigen::Matrix3d map = NearestAxisMap(S);
   const double gain = (S * map.transpose())(name.row, name.row);
   const bool is_gyroscope = name.triad == Triad::kGyroscope;
-  // The signal of a gyroscope is taken as 1 rad/s.
+  // For a gyroscope, a signal of 1 rad/s is assumed.
   const double signal = is_gyroscope ? 1.0 : WorldVector(name.triad, reference).norm();
   const bool is_matrix = name.kind == ParameterKind::kSensitivity;
   const std::string text = name.str();

@@ -21,24 +21,24 @@ namespace {
 
 // Chosen: exchange stops at a local optimum, so the best of 12 starts is taken.
 constexpr int kStarts = 12;
-// Chosen: at most so many rounds, each of which adapts the weights to the σ of the round before.
+// Chosen: the most rounds. Each round adapts the weights to the σ of the previous round.
 constexpr int kWeightRounds = 8;
 // Chosen: number of rounds without a better program after which the weights count as settled.
 constexpr int kIdleRounds = 3;
-// Chosen: starts from which one pose fewer is tried; a quarter of all, to save time.
+// Chosen: one pose fewer is tried from so many starts; a quarter of all, to save time.
 constexpr int kSparingStarts = 3;
-// Prior σ of every parameter in units of the signal: so wide that it only bounds undetermined ones.
+// Prior σ of every parameter in units of the signal. It only bounds undetermined parameters.
 constexpr double kAnything = 10.0;
 // Finest turn, 1 deg: no operator turns a unit more finely by hand.
 constexpr double kFinestTurnRad = kRadPerDeg;
-// Candidates evaluated at once: their rows, about 200 of 60 unknowns, stay in the cache.
+// Candidates evaluated at once: their rows, about 200 with 60 unknowns, fit into the cache.
 constexpr std::size_t kAtOnce = 24;
 // A guard: usually kLeastGain or kLeastRefinement ends the sweeps.
 constexpr int kMostSweeps = 10;
-// An exchange must gain more, by this share, than the pose that it replaces. Smaller gains are
-// rounding; with them sweeps would never end.
+// A new pose must have a gain that is larger, by this share, than that of the pose that it
+// replaces. Smaller differences are rounding, and with them the sweeps would never end.
 constexpr double kLeastGain = 1e-6;
-// As kLeastGain, for turns off the grid, which would go on with ever smaller gains.
+// The same share for turns off the grid, which would else go on with ever smaller gains.
 constexpr double kLeastRefinement = 1e-4;
 
 // Poses, with the information rows of each.
@@ -103,7 +103,7 @@ class Vacancy {
       } else {
         gain = 2.0 * factor.matrixLLT().diagonal().array().log().sum();
       }
-      // Equal gains differ by rounding: the first one counts, so that all machines pick the same.
+      // If gains differ only by rounding, the first candidate wins, so that all machines agree.
       if (gain > best.gain * (1.0 + kLeastGain)) best = {c, gain};
       at += rows.rows();
     }
@@ -140,8 +140,9 @@ std::vector<ProgramPose> DistinctPoses(const PlanGrid& grid, bool has_heading) {
   return at_temperatures;
 }
 
-// Searches for a program from several starts, one of them greedy: by exchange over the grid, then
-// off the grid if that is allowed. If σ are wanted, finds the number of poses by bisection.
+// Searches for a program from several starts, one of which is greedy. From each, exchanges poses of
+// the grid, then, if allowed, moves them off the grid. If σ are wanted, finds the number of poses
+// by bisection.
 class PlanSearch {
  public:
   PlanSearch(const PlanProblem& problem, const PlanOptions& options)
@@ -152,7 +153,7 @@ class PlanSearch {
     grid_.poses = DistinctPoses(options.grid, problem.has_heading());
     grid_.rows = problem.Rows(grid_.poses);
     base_.diagonal().array() += 1.0 / (kAnything * kAnything);
-    // The target of each σ: the one wanted, else the largest that the verdict calls observable.
+    // The target of each σ: the wanted σ or, without one, the largest that counts as observable.
     targets_.resize(std::ssize(problem.quantities()));
     for (Eigen::Index q = 0; q < targets_.size(); ++q) {
       const PlanQuantity& quantity = problem.quantities()[static_cast<std::size_t>(q)];
@@ -168,7 +169,7 @@ class PlanSearch {
     int count = options_.poses;
     if (count == 0) count = Fewest().value_or(options_.max_poses);
     std::vector<Program> programs = BestPrograms(count);
-    // The refined programs of all starts may need fewer poses than Fewest() found from few starts.
+    // Fewest() used only a few starts. The refined programs of all starts may need fewer poses.
     while (options_.poses == 0 && count > least_ && programs.front().score <= kReached) {
       std::vector<Program> fewer = BestPrograms(count - 1);
       if (fewer.front().score > kReached) break;
@@ -182,13 +183,13 @@ class PlanSearch {
   }
 
   // The fewest poses with which the score is at most 1; unset: more than max_poses are needed. If
-  // no σ is wanted, the number that the model needs.
+  // no σ is wanted: the number of poses that the model needs.
   std::optional<int> Fewest() const {
     if (!wants()) return least_;
     const auto reaches = [&](int count, int starts) {
       return Programs(count, starts).front().score <= kReached;
     };
-    int low = least_ - 1, high = least_;  // too few, perhaps enough
+    int low = least_ - 1, high = least_;  // `low` poses are too few, `high` are perhaps enough
     while (!reaches(high, 1)) {
       if (high == options_.max_poses) return std::nullopt;
       low = high;
@@ -212,7 +213,7 @@ class PlanSearch {
     });
   }
 
-  // `information` plus the program's information, without that of pose `without`.
+  // `information` plus that of the program's poses except the pose number `without`.
   static Eigen::MatrixXd Sum(Eigen::MatrixXd information,
                              const Program& program,
                              std::optional<std::size_t> without = std::nullopt) {
@@ -223,7 +224,7 @@ class PlanSearch {
     return information;
   }
 
-  // Less is better. If σ are wanted: the largest σ / target; if not: the criterion itself.
+  // The score (less is better): the largest σ / target if σ are wanted, else the criterion.
   double Score(const Program& program) const {
     if (!wants() && options_.criterion == PlanCriterion::kDeterminant) {
       return -Cholesky(Sum(base_, program)).LogDeterminant();
@@ -233,16 +234,16 @@ class PlanSearch {
     return (sigmas.array() / targets_.array()).maxCoeff();
   }
 
-  // Exchanges each pose for the best of the candidates offered(pose), until no exchange gains more
-  // by the share `least_gain`.
+  // Exchanges each pose for the best of the candidates offered(pose). Ends if no exchange increases
+  // the gain by more than the share `least_gain`.
   template <class Offered>
   void ExchangeUntilSettled(const Offered& offered, double least_gain, Program* program) const {
     bool improved = true;
     for (int sweep = 0; improved && sweep < kMostSweeps; ++sweep) {
       improved = false;
       for (std::size_t k = 0; k < program->poses.size(); ++k) {
-        // Summed anew: subtracting the pose would leave rounding errors where only this pose has
-        // information.
+        // The information is summed anew: subtracting that of the pose would leave rounding errors
+        // in directions in which only this pose has information.
         const Vacancy vacancy(Sum(base_, *program, k), program->weights);
         const Candidates& candidates = offered(program->poses[k]);
         const Vacancy::Choice best = vacancy.Best(candidates.rows);
@@ -282,7 +283,7 @@ class PlanSearch {
     return program;
   }
 
-  // A-weights of quantities: tr(W P) = sum of factors * σ^2.
+  // Weights for the criterion A from the factors of the quantities: tr(W P) = sum of factor * σ^2.
   Eigen::MatrixXd Weights(const Eigen::VectorXd& factors) const {
     Eigen::MatrixXd weights = Eigen::MatrixXd::Zero(base_.rows(), base_.cols());
     for (Eigen::Index q = 0; q < factors.size(); ++q) {
@@ -292,9 +293,9 @@ class PlanSearch {
     return weights;
   }
 
-  // Adapts the weights to the σ of the round before. If no σ are wanted, the weights become 1/σ^2,
-  // whose fixed point minimises the sum of log σ. If σ are wanted, those that are still too large
-  // get more weight.
+  // Searches for programs, and adapts the weights in each round to the σ of the previous round. If
+  // no σ are wanted, the weights become 1/σ^2, whose fixed point minimises the sum of log σ. If σ
+  // are wanted, those that are still too large get more weight.
   Program BestFrom(Program program) const {
     if (options_.criterion == PlanCriterion::kDeterminant) {
       ExchangeOverGrid({}, &program);
@@ -322,14 +323,15 @@ class PlanSearch {
     return best;
   }
 
-  // Programs of `count` poses of the grid, one from each of `starts` starts, best first.
+  // Programs of `count` poses of the grid, one from each of `starts` starts; the best one is first.
   std::vector<Program> Programs(int count, int starts) const {
     Random random(options_.seed);
     std::vector<Program> programs;
     for (int start = 0; start < starts; ++start) {
       Program program;
       for (int k = 0; k < count; ++k) {
-        // The greedy start uses D: with few poses, A depends only on what is least determined.
+        // The greedy start uses D: with few poses, A depends only on the least determined
+        // parameters.
         const std::size_t next =
             start == 0
                 ? Vacancy(Sum(base_, program), {}).Best(grid_.rows).candidate
@@ -343,7 +345,7 @@ class PlanSearch {
     return programs;
   }
 
-  // Programs from all starts, refined if poses may be off the grid, best first.
+  // Programs from all starts, refined if poses may be off the grid; the best one is first.
   std::vector<Program> BestPrograms(int count) const {
     std::vector<Program> programs = Programs(count, kStarts);
     for (Program& program : programs) {
@@ -393,7 +395,7 @@ Result<std::vector<ProgramPose>> FindPoses(const PoseSet& measured,
   if (!problem.has_gyroscope()) {
     return OrderForOperator(PlanSearch(problem, options).Find(), problem.has_heading());
   }
-  // Each round has an eighth more poses: ten rounds lead to three times as many as the first has.
+  // Each round has an eighth more poses than the one before; ten rounds triple their number.
   constexpr int kShareMore = 8;
   PlanOptions without = options;
   without.calibrate.triads[Triad::kGyroscope].enabled = false;

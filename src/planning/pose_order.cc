@@ -22,9 +22,11 @@ Order::iterator At(Order* order, std::size_t place) {
 
 // σ of an unknown heading, rad: more than a full turn.
 constexpr double kAnyHeadingRad = 10.0;
-// Prior information of every entry, σ = 100 %: log det is finite even if an axis has no turns.
+// The prior information of every entry, a σ of 100 %. It keeps log det finite even if an axis has
+// no turns.
 constexpr double kHardlyKnown = 1.0;
-// Least gain for which the order is changed, in rad of turning or in log det: less is rounding.
+// The order is changed only if the gain, in rad of turning or in log det, is larger than this.
+// Smaller gains are rounding.
 constexpr double kLeastTurnGain = 1e-6;
 // A guard: usually kLeastTurnGain ends the sweeps.
 constexpr int kMostOrderSweeps = 50;
@@ -141,7 +143,8 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
     return a.temperature_degc < b.temperature_degc;
   });
   const std::size_t count = poses.size();
-  // Angles of the turns from each pose (row) to each pose, rad; the last row is from a level unit.
+  // Angles of the turns from each pose (row) to each pose, rad; the last row holds the angles from
+  // a level unit.
   std::vector<double> turns;
   for (std::size_t from = 0; from <= count; ++from) {
     const Eigen::Quaterniond at =
@@ -163,7 +166,8 @@ std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool h
       double least = std::numeric_limits<double>::infinity();
       std::size_t nearest = k;
       for (std::size_t other = k; other < last; ++other) {
-        // Equal angles differ by rounding: the first pose wins, so that all machines pick the same.
+        // Angles that should be equal differ by rounding. The first pose then wins, so that all
+        // machines choose the same one.
         if (turn(at, order[other]) > least - kLeastTurnGain) continue;
         least = turn(at, order[other]);
         nearest = other;

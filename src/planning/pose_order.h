@@ -17,31 +17,30 @@ struct PlannedTurns {
   bool is_bent = false;  // the gyroscope's axis terms are estimated, too
   double duration_s = 2.0;
   double rate_hz = 100.0;                                       // of the gyroscope's readings
-  Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // of one reading
-  double sigma_rad = 0.0;                                       // of a turn, beyond the readings'
-                                                                // noise
-  double attitude_sigma_rad = 0.0;                              // of a pose, about each axis
-  bool has_heading = true;                                      // the heading of the poses is known
+  Eigen::Vector3d reading_sigma_raw = Eigen::Vector3d::Zero();  // σ of one reading
+  double sigma_rad = 0.0;           // of a turn, beyond its readings' noise
+  double attitude_sigma_rad = 0.0;  // of a pose, about each axis
+  bool has_heading = true;          // the heading of the poses is known
 };
 
 // What exact sensors read while the unit is turned at one rate about one axis, the shortest way.
-// `up`: specific force at rest in the world, m/s^2. RecordedMove::from is left to the caller.
+// `up`: specific force at rest in the world, m/s^2. The caller sets RecordedMove::from.
 RecordedMove ExactMove(const Eigen::Quaterniond& from,
                        const Eigen::Quaterniond& to,
                        const PlannedTurns& turns,
                        const TriadModel<double>& accelerometer,
                        const Eigen::Vector3d& up);
 
-// The poses in an order that needs little turning. Temperatures rise; at each of them, the path is
-// the shortest that nearest neighbours and 2-opt find, starting from the last pose of the
-// temperature before.
+// The poses in an order that needs little turning. Temperatures rise from pose to pose. At each
+// temperature, the path starts at the last pose of the previous temperature and is the shortest one
+// that nearest neighbours and 2-opt find.
 //
 //   `heading_counts`  false: only what is up matters, so headings are turned freely
 std::vector<ProgramPose> OrderForOperator(std::vector<ProgramPose> poses, bool heading_counts);
 
 // Orders the poses of a program so that the turns between them determine the gyroscope's matrix
-// best: the determinant of their information is largest. Temperatures stay in order. Reverses runs
-// of poses and swaps pairs until neither increases the determinant.
+// best: the determinant of their information is largest. The order of the temperatures stays.
+// Reverses runs of poses and swaps pairs until neither of these increases the determinant.
 std::vector<ProgramPose> OrderForGyroscope(const std::vector<ProgramPose>& poses,
                                            const PlannedTurns& turns);
 

@@ -24,11 +24,12 @@ struct PoseGraph {
   SharedLayout layout;
   Eigen::VectorXd shared;
   std::vector<PoseNode> nodes;
-  std::vector<IncrementEdge> increments;  // in the order of their nodes
+  std::vector<IncrementEdge> increments;  // sorted by their first node
   Eigen::VectorXd integrated_at;  // the shared parameters at which the increments were integrated
   std::vector<ScalarPrior> priors;
   Solver solver = Solver::kEliminated;
-  // The rotation that transformed the given attitudes into a level frame.
+  // The rotation by which the given attitudes were transformed from the fixture's frame into a
+  // level frame.
   Eigen::Quaterniond level_from_fixture = Eigen::Quaterniond::Identity();
 
   // Sensitivity (raw per true unit) and bias (raw unit) of a triad at the reference temperature.

@@ -17,7 +17,7 @@
 namespace truetriad {
 namespace {
 
-// Least σ of a seat, since a zero variance has no inverse; 1e-7 rad is 0.1 µm/m.
+// The least σ of a block's seat: a variance of zero would have no inverse. 1e-7 rad is 0.1 µm/m.
 constexpr double kSmallestSeatRad = 1e-7;
 
 // A turn that the graph can use: node `from` and the node after it belong to consecutive poses.
@@ -26,7 +26,8 @@ struct Turn {
   const RecordedMove* move = nullptr;
 };
 
-// Whether a reading of the node depends on its attitude; a gyroscope's reading at rest does not.
+// Whether one of the node's readings depends on the node's attitude; a gyroscope's reading at rest
+// does not.
 bool SeesAttitude(const PoseNode& node) {
   return std::any_of(node.observations.begin(), node.observations.end(), [](const auto& seen) {
     return seen.triad != Triad::kGyroscope;
@@ -49,10 +50,10 @@ std::vector<Turn> TurnsBetween(const PoseSet& poses, const std::vector<PoseNode>
   return turns;
 }
 
-// A pose at an end of a turn gets a rotation (kRotation) as its unknown. If no pose in a chain of
-// turns determines a heading, the heading of the chain's first pose is held.
+// If a turn begins or ends at a pose, the unknown of this pose becomes a rotation (kRotation). If
+// no pose in a chain of turns determines a heading, the heading of the chain's first pose is held.
 void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
-  std::vector<bool> linked(nodes->size(), false);  // by a turn to the next node
+  std::vector<bool> linked(nodes->size(), false);  // whether a turn links the node to the next one
   for (const Turn& turn : TurnsBetween(poses, *nodes)) linked[turn.from] = true;
   for (std::size_t begin = 0; begin < nodes->size();) {
     std::size_t end = begin;
@@ -69,7 +70,7 @@ void LinkByTurns(const PoseSet& poses, std::vector<PoseNode>* nodes) {
 // Requires the heading of each pose with a gyroscope reading, since the earth's rate in the reading
 // depends on it.
 Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
-  bool heading_is_held = false;  // of the chain that the node belongs to
+  bool heading_is_held = false;  // whether the chain of the node has a held heading
   for (const PoseNode& node : nodes) {
     heading_is_held = node.holds_heading || (heading_is_held && !node.TellsHeading());
     const bool is_seen = std::any_of(
@@ -87,8 +88,8 @@ Status CheckHeadings(const PoseSet& poses, const std::vector<PoseNode>& nodes) {
   return {};
 }
 
-// Raises the noise of readings to a least value: without noise, their weights would be infinite
-// beside priors and other sensors.
+// Raises the noise of readings to a least value, without which noise-free readings would have
+// infinite weight relative to priors and other sensors.
 void RaiseRestNoise(Triad triad, std::vector<PoseNode>* nodes) {
   Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Array3d high = -low;
@@ -143,7 +144,7 @@ Status TakeTemperature(const PoseSet& poses, const StaticPose& pose, PoseNode* n
 }
 
 // The node of a pose; unset if the graph can use no reading of the pose. `face`: the face that is
-// up; -1: unknown.
+// up, or -1 if it is unknown.
 Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
                                        const StaticPose& pose,
                                        int face,
@@ -168,14 +169,15 @@ Result<std::optional<PoseNode>> NodeOf(const PoseSet& poses,
   const bool counts = vectors > 0 || options.HasGyroscopeAlone();
   if (!counts || node.observations.empty()) return std::optional<PoseNode>();
   if (options.HasThermal()) TRUETRIAD_RETURN_IF_ERROR(TakeTemperature(poses, pose, &node));
-  // At rest a gyroscope reads its bias in any attitude. If it is alone, attitudes are no unknowns.
+  // At rest a gyroscope reads its bias in any attitude. If it is the only sensor, the attitudes are
+  // held.
   node.kind = vectors == 0   ? PoseKind::kHeld
               : vectors == 1 ? PoseKind::kDirection
                              : PoseKind::kRotation;
   if (vectors > 0 && options.attitudes.kind == AttitudeKind::kGiven) {
     TRUETRIAD_RETURN_IF_ERROR(TakeGivenAttitude(poses, pose, &node));
   }
-  // The accelerometer determines the face, so that a pose without its reading has no face.
+  // Accelerometer determines the face, so that a pose without an accelerometer reading has no face.
   if (face >= 0 && node.observations.front().triad == Triad::kAccelerometer) {
     node.face = face;
     node.seat_sigma_rad = std::max(options.attitudes.seat_sigma_deg * kRadPerDeg, kSmallestSeatRad);
@@ -220,7 +222,7 @@ void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* 
     IncrementEdge& edge = graph->increments.emplace_back();
     edge.from = turn.from;
     edge.session = first.session;
-    // Each integration computes the forces anew, by the accelerometer's current parameters.
+    // Each integration computes the forces anew, with the current parameters of the accelerometer.
     edge.move = MoveOf(*turn.move, nullptr);
     if (graph->layout.g_sensitivity >= 0) edge.accelerometer_raw = turn.move->accelerometer_raw;
     edge.sigma_raw = ReadingSigma(poses, start.models[Triad::kGyroscope]->sensitivity);
@@ -251,7 +253,7 @@ PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved) 
   }
   PoseGraph graph = solved;
   LayOutParameters(options, start, &graph);
-  graph.nodes = solved.nodes;  // The solved attitudes, which LayOutParameters has replaced.
+  graph.nodes = solved.nodes;  // Restores the attitudes that LayOutParameters replaced.
   const SharedLayout& layout = graph.layout;
   const std::vector<int> places = PlacesIn(solved.layout, layout);
   for (std::size_t i = 0; i < places.size(); ++i) {

@@ -13,14 +13,14 @@
 namespace truetriad {
 
 // Least σ of a pose's mean reading, as a share of the field: with a smaller σ, weights could differ
-// by a factor above 1e14, close to the 1e16 that a double resolves.
+// by a factor above 1e14, which is close to the 1e16 that a double resolves.
 inline constexpr double kLeastNoiseShare = 1e-7;
 
-// Builds the nodes of known motions, and a node for each pose with a reading of accelerometer or
-// magnetometer, or of a gyroscope that is alone. A pose's node has the given attitude and, if
-// `sources` says that it is known, the covariance inside the rest; weights and excess noise are set
-// later. Error (bad input): a pose lacks an attitude, heading or temperature that `options` need,
-// or its face is ambiguous.
+// Builds the nodes of known motions, and a node for each pose that has a reading of the
+// accelerometer, of the magnetometer or, if it is the only sensor, of the gyroscope. The node gets
+// the given attitude and, if `sources` says that the noise is known, the covariance within the
+// rest. Weights and excess noise are set later. Error (bad input): a pose lacks an attitude,
+// heading or temperature that `options` need, or its face is ambiguous.
 Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
                                          const CalibrateOptions& options,
                                          const PerTriad<NoiseSource>& sources);
@@ -29,11 +29,12 @@ Result<std::vector<PoseNode>> BuildNodes(const PoseSet& poses,
 // these turns determine. Call it after LayOutParameters.
 void BuildIncrements(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
-// The graph that `options` ask for, beginning at `solved`, a solution with other terms. A parameter
-// of both graphs keeps its value, projected on what `options` leave free.
+// The graph with the terms of `options`, started from `solved`, a solution with other terms. A
+// parameter that both graphs have keeps its value, projected on the directions that `options` leave
+// free.
 PoseGraph WithTermsOf(const CalibrateOptions& options, const PoseGraph& solved);
 
-// The index in `whole` of each entry of `part`, found by name; -1: `whole` has no such entry.
+// The index in `whole` of each entry of `part`, found by name; -1 if `whole` has no such entry.
 std::vector<int> PlacesIn(const SharedLayout& whole, const SharedLayout& part);
 
 }  // namespace truetriad

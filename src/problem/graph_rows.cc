@@ -52,8 +52,8 @@ void AddTriadBlocks(const SharedLayout& layout, Triad triad, std::vector<SharedB
   }
 }
 
-// σ of a held heading. Nothing else determines that heading, so that any σ gives the same result. A
-// σ far from that of turns would lose digits in the elimination.
+// σ of a held heading. Nothing else determines this heading, so that any σ gives the same result.
+// It is near the σ of turns, since the elimination loses digits if σ differ much.
 constexpr double kHeldHeadingRad = 1e-3;
 
 }  // namespace
@@ -92,7 +92,7 @@ std::unique_ptr<Row> RowOf(const ScalarPrior& prior, const SharedLayout& layout)
 }
 
 RowRoot RootOf(const Eigen::Matrix3d& variance, double weight) {
-  // With variance = L L^T, sqrt(weight) L^-1 whitens.
+  // If variance = L L^T, the matrix sqrt(weight) L^-1 whitens the residual.
   return InverseCholeskyRoot(variance / weight);
 }
 

@@ -12,7 +12,8 @@
 namespace truetriad {
 namespace {
 
-// Replaces a dip beyond the vertical by its supplement. Returns whether north turned by 180 deg.
+// Replaces a dip beyond the vertical by its supplement. Returns whether this reversed the direction
+// of north.
 bool FoldDip(PoseGraph* graph) {
   double& dip = graph->shared[graph->layout.reference + kDip];
   dip = std::remainder(dip, 2.0 * std::numbers::pi);
@@ -81,7 +82,7 @@ double SideOfStatedDip(const Knowledge& stated, double dip_rad) {
 }
 
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad) {
-  constexpr double kFar = 4.0;  // σ; Student's t with 10 dof exceeds it in 1 of 800 (one side)
+  constexpr double kFar = 4.0;  // σ; Student's t with 10 dof is larger in 1 of 800 cases
   return std::abs(std::sin(dip_rad)) > std::max(kEquatorSine, kFar * dip_sigma_rad);
 }
 

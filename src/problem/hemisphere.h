@@ -8,11 +8,11 @@ namespace truetriad {
 
 // Chooses one of several solutions that explain the readings equally well: (S_m, dip), or, if every
 // attitude is rotated by half a turn about the vertical, (-S_m, -dip) or (S_m, pi - dip). If
-// attitudes are given, the field is rotated in place of them. A solution from disturbed or missing
-// poses may be on the wrong side of the equator, or have a dip beyond 90 degrees. If so, this
-// function changes the shared parameters and the poses. It returns true if attitudes outside the
-// graph must be rotated, too. The side is not changed if a prior, a held matrix or a given heading
-// fixes it. If the dip is too small to determine the side, handedness decides: that of the
+// attitudes are given, the field is rotated in place of them. If poses are disturbed or missing,
+// the solution may be on the wrong side of the equator, or have a dip beyond 90 degrees. If so,
+// this function changes the shared parameters and the poses. It returns true if attitudes outside
+// the graph must be rotated, too. The side is not changed if a prior, a held matrix or a given
+// heading fixes it. If the dip is too small to determine the side, handedness decides: that of the
 // magnetometer must agree with the accelerometer's and with stated mountings.
 bool SettleHemisphereOfField(const CalibrateOptions& options,
                              double dip_sigma_rad,
@@ -21,12 +21,12 @@ bool SettleHemisphereOfField(const CalibrateOptions& options,
 // Whether the magnetometer may be reversed: nothing but the stated hemisphere determines its sign.
 bool MayReverse(const CalibrateOptions& options, const SharedLayout& layout);
 
-// The increase of χ² if the dip becomes -dip, due to a stated dip and its σ. The readings are
-// assumed to determine |dip| far better: ((dip + stated)² - (dip - stated)²) / σ² = 4 dip stated /
-// σ².
+// Increase of χ² from a stated dip with its σ if the dip changes to -dip. The readings are assumed
+// to determine |dip| far better: ((dip + stated)² - (dip - stated)²) / σ² = 4 dip stated / σ².
 double SideOfStatedDip(const Knowledge& stated, double dip_rad);
 
-// Whether the dip is known (fixed or with a σ) and the reversed magnetometer is a solution to try.
+// Whether the dip is known (fixed or with a σ) and the reversed magnetometer may be a second
+// solution.
 bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& layout);
 
 // Reverses the signs of the magnetometer's matrix and of a free dip, and rotates attitudes or field
@@ -34,13 +34,14 @@ bool MayReverseAgainstDip(const CalibrateOptions& options, const SharedLayout& l
 // of the dip stay as they are.
 void ReverseField(const CalibrateOptions& options, PoseGraph* graph);
 
-// Whether magnetometer and accelerometer differ in handedness, allowing for stated mountings.
+// Whether magnetometer and accelerometer differ in handedness, after stated mountings are taken
+// into account.
 bool IsOfOtherHand(const CalibrateOptions& options, const PoseGraph& graph);
 
 // Whether a dip with this σ is far enough from zero to determine the side of the equator.
 bool IsSideOfEquatorTold(double dip_rad, double dip_sigma_rad);
 
-// The attitude turned half a turn about the vertical.
+// The attitude after a rotation by half a turn about the vertical.
 Eigen::Quaterniond TurnedHalfway(const Eigen::Quaterniond& attitude);
 
 }  // namespace truetriad

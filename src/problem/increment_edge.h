@@ -36,7 +36,8 @@ struct IncrementEdge {
   GyroModel at;  // the gyroscope's parameters at which `increment` was integrated
   GyroIncrement increment;
 
-  // For a stated turn: its index in PoseSet::turns, else -1; covariance of its end attitude, rad².
+  // For a stated turn: its index in PoseSet::turns and the covariance of its end attitude, rad².
+  // For other turns the index is -1.
   int stated_turn = -1;
   Eigen::Matrix3d stated_covariance = Eigen::Matrix3d::Zero();
 
@@ -46,18 +47,18 @@ struct IncrementEdge {
   double weight = 1.0;
   bool rejected = false;
 
-  // Integrates again at the parameters `shared`. The accelerometer's parameters there determine the
-  // forces; errors of the forces hardly change the turn.
+  // Integrates again at the parameters `shared`. The forces are computed with the accelerometer's
+  // parameters in `shared`; their errors hardly change the turn.
   void Integrate(const SharedLayout& layout, const double* shared);
 
-  // The rotation integrated at the parameters `shared`, instead of those of `increment`.
+  // The rotation integrated at the parameters `shared`, instead of at those of `increment`.
   Eigen::Quaterniond RotationAt(const SharedLayout& layout, const double* shared) const;
 
-  // The rotation of the world by the earth's rate at `shared` during the turn, rad. Zero if that
-  // rate is neglected, and for a stated turn.
+  // The rotation of the world by the earth's rate at `shared` during the turn, rad. It is zero if
+  // the earth's rate is neglected, and for a stated turn.
   Eigen::Vector3d EarthTurn(const SharedLayout& layout, const double* shared) const;
 
-  // Like PoseNode::Evaluate, with Jacobians in the tangent spaces of both nodes.
+  // Evaluates like PoseNode::Evaluate, but with Jacobians in the tangent spaces of both nodes.
   void Evaluate(const SharedLayout& layout,
                 const double* shared,
                 const double* first_state,
@@ -79,7 +80,7 @@ struct IncrementEdge {
 
  private:
   GyroModel ModelOf(const SharedLayout& layout, const double* shared) const;
-  // Specific forces, m/s², by the parameters `shared`; empty without g-sensitivity.
+  // The specific forces, m/s², computed with the parameters `shared`; empty without g-sensitivity.
   std::vector<Eigen::Vector3d> ForcesOf(const SharedLayout& layout, const double* shared) const;
 };
 

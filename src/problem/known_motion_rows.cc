@@ -18,12 +18,14 @@
 namespace truetriad {
 namespace {
 
-// If readings show less than this share of a stated turn, the message suggests that some were cut.
+// If readings show less than this share of a stated turn, the message suggests that rows of the
+// turn were cut off.
 constexpr double kMissingShare = 0.25;
 
-// σ of a direction, rad, that leaves it no weight: far above the error of any stated axis.
+// A σ of a direction, rad, with which the direction has no weight: far above the error of any
+// stated axis.
 constexpr double kNothingRad = 1.0;
-// σ, as a share of a mean rate, that leaves the size of the rate no weight.
+// A σ, as a share of a mean rate, with which the size of the rate has no weight.
 constexpr double kNothingShare = 10.0;
 
 bool IsUsed(const KnownTurn& turn) { return !turn.stated.held_out && !turn.move.fault; }
@@ -74,7 +76,7 @@ std::string NameOf(const KnownTurn& turn, std::size_t place) {
 }
 
 // The angle about the stated axis with its whole turns: the sum of the corrected readings. Its
-// error is of second order in the unit's wobble.
+// error is of second order in the wobble of the axis.
 double CountedAngle(const KnownTurn& turn, const TriadModel<double>& gyroscope) {
   const Eigen::Vector3d mean = MeanOverTime(turn.move.time_ns, turn.move.gyroscope_raw);
   return turn.stated.axis.dot(gyroscope.TruthFromRaw(mean)) * turn.move.duration_s();
@@ -238,8 +240,8 @@ Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses) {
     design.row(i) << known.transpose() / std::max(largest, 1e-300), 1.0;
     values.row(i) = read.transpose();
   }
-  // Least pivot, as a share of the largest: a direction with a smaller pivot has over 1000 times
-  // the σ of the best direction and counts as undetermined.
+  // The least pivot, as a share of the largest. A direction with a smaller pivot has a σ of over
+  // 1000 times that of the best direction, and counts as undetermined.
   constexpr double kThin = 1e-3;
   const LeastSquares fit(design, kThin);
   if (count < 4 || fit.rank() < 4) {

@@ -29,11 +29,11 @@ Status AddKnownMotions(const PoseSet& poses,
                        const PerTriad<NoiseSource>& sources,
                        std::vector<PoseNode>* nodes);
 
-// Adds the increments of the known turns. In the nodes of known turns and rates, sets what depends
-// on the start values: the specific force and, for turns, the noise of the mean rate.
+// Adds the increments of the known turns. In the nodes of known turns and rates, sets the values
+// that depend on the start values: the specific force and, for turns, the noise of the mean rate.
 void JoinKnownTurns(const PoseSet& poses, const StartValues& start, PoseGraph* graph);
 
-// A known turn as an increment of its own, integrated at `graph`'s parameters.
+// The increment of a single known turn, integrated at the parameters of `graph`.
 IncrementEdge EdgeOfTurn(const KnownTurn& turn,
                          const PoseSet& poses,
                          const TriadModel<double>* accelerometer,
@@ -43,8 +43,8 @@ IncrementEdge EdgeOfTurn(const KnownTurn& turn,
 // and rests. Error (not enough): the readings do not determine both.
 Result<TriadModel<double>> GyroscopeFromKnownMotions(const PoseSet& poses);
 
-// Error (bad input): by the gyroscope's start values, a turn differs from its stated angle by half
-// a turn or more.
+// Error (bad input): according to the gyroscope's start values, the angle of a turn differs from
+// the stated angle by half a turn or more.
 Status CheckTurnCounts(const PoseSet& poses, const StartValues& start);
 
 // Compares each known turn with the solution.

@@ -37,13 +37,13 @@ std::vector<Eigen::Matrix3d> FreeThermalMatrices(const CalibrateOptions& options
       break;
   }
   // One term changes all gains in the proportions of the start's gains, so that the model stays
-  // linear. An error of a start gain changes the term on that axis by the same share only.
+  // linear. If a start gain has an error, the term on this axis is wrong by the same share only.
   const Eigen::Matrix3d gains = start.rowwise().norm().asDiagonal() * NearestAxisMap(start);
   return {gains / gains.norm()};
 }
 
 // Scales temperatures so that those of the poses and the reference lie in [-1, 1], and rates so
-// that the fastest is 1: far outside of that range, rounding errors dominate a polynomial.
+// that the fastest is 1. Far outside of this range, rounding errors dominate a polynomial.
 ThermalScale ScaleOf(const std::vector<PoseNode>& nodes, double reference_degc) {
   ThermalScale scale;
   scale.reference_degc = reference_degc;
@@ -72,7 +72,8 @@ void LevelAttitudes(const Eigen::Quaterniond& level_from_fixture, std::vector<Po
   }
 }
 
-// The blocks of a triad's session biases, from `at` on; none if its sessions share one bias.
+// The blocks of a triad's session biases, beginning at index `at`; no blocks if the sessions share
+// one bias.
 SessionBlock SessionsOf(const CalibrateOptions& options,
                         const std::vector<PoseNode>& nodes,
                         Triad triad,
@@ -166,7 +167,7 @@ Eigen::Matrix3d PartIn(const std::vector<Eigen::Matrix3d>& basis, const Eigen::M
 }
 
 // Frees the wanted parameters of the triad. Writes the start's sensitivity to `shared`, projected
-// on the free matrices: a part outside of these would never change.
+// on the free matrices, since a part outside of these would never change.
 void FreeTriad(const CalibrateOptions& options,
                const SharedLayout& layout,
                Triad triad,
@@ -219,7 +220,8 @@ void FreeReference(const CalibrateOptions& options, const SharedLayout& layout, 
   if (options.attitudes.unknown_fixture_rotation) free->Entries(at + kFixtureTilt, 2);
 }
 
-// At rest a gyroscope reads its bias: each session starts at the median of its own readings.
+// At rest a gyroscope reads its bias. The start value of each session's bias is therefore the
+// median of the session's readings.
 void StartGyroscopeSessions(PoseGraph* graph) {
   const SharedLayout& layout = graph->layout;
   const SessionBlock& sessions = layout.sessions[Triad::kGyroscope];

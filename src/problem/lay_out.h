@@ -15,8 +15,7 @@ Triad LeadingTriad(const CalibrateOptions& options);
 double LeadingAxisSign(const CalibrateOptions& options);
 
 // Directions of the leading triad's sensing axes in the body frame that this triad defines: its
-// stated mounting; without one, the identity. The identity also if the frame is defined from
-// outside.
+// stated mounting. If no mounting is stated, or the frame is defined from outside: the identity.
 Eigen::Matrix3d LeadingAxisMap(const CalibrateOptions& options);
 
 // GaugeRotation of the leading triad: computed in the frame of its sensing axes (LeadingAxisMap)

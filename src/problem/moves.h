@@ -11,16 +11,18 @@
 
 namespace truetriad {
 
-// Converts a recorded move for integration; with forces if `accelerometer` is not null.
+// Converts a recorded move for integration. If `accelerometer` is not null, also computes the
+// forces.
 GyroMove MoveOf(const RecordedMove& recorded, const TriadModel<double>* accelerometer);
 
-// What a magnetometer or accelerometer measured during a move, true unit; empty if not recorded.
+// What a magnetometer or accelerometer measured during a move, true unit; empty if the sensor was
+// not recorded.
 std::vector<Eigen::Vector3d> FieldsDuring(const RecordedMove& recorded,
                                           Triad triad,
                                           const TriadModel<double>& model);
 
-// σ of one gyroscope reading for a sum over a turn, raw unit: the noise inside the rests, increased
-// for its correlation in time.
+// σ of one gyroscope reading for use in the noise of a turn, raw unit: the noise within the rests,
+// increased by its correlation in time.
 Eigen::Vector3d ReadingSigma(const StreamSummary& gyroscope);
 
 }  // namespace truetriad

@@ -11,10 +11,12 @@
 namespace truetriad {
 namespace {
 
-// Least σ of a gyroscope reading, rad/s, even if a recording shows less: no gyroscope is so good.
+// Least σ of a gyroscope reading, rad/s, even if a recording shows less noise: no gyroscope is so
+// good.
 constexpr double kLeastRateSigma = 1e-9;
 
-// The averaging time of a pose's mean, s: one sample spacing per sample; 0: unknown.
+// The averaging time of a pose's mean, s: the number of samples times their spacing; 0 if it is
+// unknown.
 double AveragedTime(const StaticPose& pose, Triad triad) {
   const auto samples = static_cast<double>(pose.triads[triad]->samples);
   return samples > 1.0 ? pose.duration_s() * samples / (samples - 1.0) : 0.0;
@@ -65,8 +67,9 @@ Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensit
   const StreamSummary& gyroscope = *poses.Find(Triad::kGyroscope);
   const Eigen::Vector3d sigma =
       ReadingSigma(gyroscope).cwiseMax(kLeastRateSigma * sensitivity.rowwise().norm());
-  // A step q adds the variance q^2 / 12 while the unit turns, also if it hides the noise at rest.
-  // If no sensor has noise, the least difference of readings is no step.
+  // Rounding to a step q adds the variance q^2 / 12 while the unit turns, even if it hides the
+  // noise at rest. If no sensor has noise, the least difference between readings is no rounding
+  // step.
   const bool has_noise =
       std::any_of(poses.streams.begin(), poses.streams.end(), [](const StreamSummary& stream) {
         return stream.noise_sigma_raw.maxCoeff() > 0.0;

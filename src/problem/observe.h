@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// The mean reading of a triad in `pose` with its covariance: the stated one, that of an Allan
-// deviation, or that inside the rest. For NoiseSource::kResidual the covariance is that of rounding
+// Mean reading of a triad in `pose` with its covariance: the stated covariance, that from an Allan
+// deviation, or that within the rest. For NoiseSource::kResidual the covariance is that of rounding
 // alone. Error (bad input): an Allan deviation states the noise, but the averaging time is unknown.
 Result<Observation> Observe(const PoseSet& poses,
                             const StaticPose& pose,
@@ -17,11 +17,11 @@ Result<Observation> Observe(const PoseSet& poses,
                             const TriadOptions& sensor,
                             NoiseSource source);
 
-// The middle of a pose's readings, s; without times the pose's number.
+// The time of the middle of a pose's readings, s. If the recording has no times: the pose's number.
 double TimeOf(const PoseSet& poses, const StaticPose& pose);
 
-// σ of one gyroscope reading during a turn, raw unit: the noise inside the rests, and rounding;
-// above zero, so that weights are finite.
+// σ of one gyroscope reading during a turn, raw unit, from the noise within the rests and from
+// rounding. It is above zero, so that weights are finite.
 Eigen::Vector3d ReadingSigma(const PoseSet& poses, const Eigen::Matrix3d& sensitivity);
 
 }  // namespace truetriad

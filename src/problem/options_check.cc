@@ -12,11 +12,11 @@
 namespace truetriad {
 namespace {
 
-// Least σ that is accepted, raw unit: no sensor has less noise, and products of its weight, 1e60,
-// with other weights stay within a double.
+// Least σ that is accepted, raw unit: no sensor has less noise, and products of the resulting
+// weight, 1e60, with other weights do not overflow a double.
 constexpr double kLeastSigma = 1e-30;
 
-// Collects the invalid options, part by part.
+// Collects the errors in the options, part by part.
 class OptionsCheck {
  public:
   explicit OptionsCheck(const CalibrateOptions& options) : options_(options) {}
@@ -132,7 +132,8 @@ void OptionsCheck::Bends(Triad triad) {
           name +
               ": start values have no σ that the non-linearity could widen; remove `nonlinearity`, "
               "or `initialise: { only: true }`");
-  // If both are estimated, no term is left whose σ a stated nonlinearity could widen.
+  // If quadratic and cubic terms are both estimated, a stated nonlinearity would have no term whose
+  // σ it could widen.
   Require(key,
           sensor.axis_terms[AxisTerm::kQuadratic] != Wanted::kYes ||
               sensor.axis_terms[AxisTerm::kCubic] != Wanted::kYes,
@@ -167,7 +168,7 @@ void OptionsCheck::Reference() {
       "`reference.earth_rate`");
   Require(kKey,
           !options_.motion,
-          "earth rate: it is not modelled for a unit that is tumbled without rests; remove "
+          "earth rate: not modelled if the unit is tumbled without rests; remove "
           "`reference.earth_rate` or `poses: { motion: {} }`");
 }
 
@@ -268,7 +269,7 @@ void OptionsCheck::Motion() {
           "it, or remove `initialise:`");
 }
 
-// Why the result cannot have the quantity of this limit, and the remedy; empty if it can.
+// If the result cannot have the quantity of this limit: why, and the remedy. Otherwise empty.
 std::string OptionsCheck::WhyAbsent(const LimitName& limit) const {
   const std::string_view quantity = limit.quantity.name;
   const bool needs_field = quantity == "reference.field_ut" || limit.GoesWithField();
@@ -313,8 +314,8 @@ void OptionsCheck::Limits() {
   }
   Require("limits",
           is_any_there,
-          "limits: this calibration has none of the limited quantities; state limits of calibrated "
-          "sensors");
+          "limits: this calibration has none of the limited quantities; state limits for the "
+          "calibrated sensors");
 }
 
 void OptionsCheck::Rest() {

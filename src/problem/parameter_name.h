@@ -24,7 +24,7 @@ struct ParameterName {
 
   bool is_thermal() const { return power > 0 || InfoOf(kind).rate; }
   std::string str() const;
-  // Unset: the name is not an entry of a sensor's model ("reference.dip_rad").
+  // Unset if the name is not that of an entry of a sensor's model, like "reference.dip_rad".
   static std::optional<ParameterName> Parse(const std::string& text);
 };
 

@@ -70,7 +70,7 @@ std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
       if (model == MatrixModel::kDiagonal) {
         if (row == col) add(entry * axis_map);
       } else if (leading_triangular) {
-        // For a leading triad, a symmetric matrix is a full one in another frame convention.
+        // For a leading triad, a symmetric matrix is a full matrix in another frame convention.
         if (row >= col) add(entry * axis_map);
       } else if (model == MatrixModel::kSymmetric) {
         if (row == col) add(entry * axis_map);
@@ -183,7 +183,8 @@ std::vector<std::string> ParameterNames(const SharedLayout& layout) {
 
 namespace {
 
-// The vector in the level frame, whose x axis has the heading of the fixture's x axis.
+// The vector that a triad senses, in the level frame. The x axis of this frame has the heading of
+// the fixture's x axis.
 Eigen::Vector3d LevelVector(Triad triad, const Eigen::Ref<const ReferenceVector>& reference) {
   if (triad == Triad::kAccelerometer) return ForceInWorld(reference[kGravity]);
   if (triad == Triad::kGyroscope) return Eigen::Vector3d::Zero();
@@ -194,8 +195,8 @@ Eigen::Vector3d FixtureTilt(const Eigen::Ref<const ReferenceVector>& reference) 
   return {reference[kFixtureTilt], reference[kFixtureTilt + 1], 0.0};
 }
 
-// Derivative of Exp(-t) v by the reference block; `by_reference`: that of v, the vector in the
-// level frame.
+// The derivative of Exp(-t) v by the reference block. `by_reference` is the derivative of v, the
+// vector in the level frame.
 Eigen::Matrix<double, 3, kReferenceSize> TiltedJacobian(
     const Eigen::Vector3d& level,
     Eigen::Matrix<double, 3, kReferenceSize> by_reference,

@@ -73,8 +73,8 @@ struct SharedLayout {
   bool CountsEarthRate() const { return !earth_rate_radps.isZero(0.0); }
   bool IsFree(int index) const { return !basis.row(index).isZero(0.0); }
 
-  // The factors of the terms of `triad`; without temperature terms, the factors of temperature are
-  // zero.
+  // The factors that multiply the terms of `triad`. If it has no temperature terms, their factors
+  // are zero.
   ThermalFactors FactorsOf(Triad triad,
                            double temperature_degc,
                            double temperature_rate_degcps,
@@ -94,7 +94,8 @@ struct SharedLayout {
 //
 //   `axis_map`  nearest signed permutation of the start value; for a leading triad that defines the
 //               body frame, the stated mounting. Models without rotation thus keep the axis order
-//               of the mounting; a triangular matrix is triangular in the sensing axes' order.
+//               of the mounting, and a triangular matrix is triangular in the order of the sensing
+//               axes.
 std::vector<Eigen::Matrix3d> SensitivityBasis(MatrixModel model,
                                               bool leading_triangular,
                                               const Eigen::Matrix3d& axis_map);

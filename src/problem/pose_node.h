@@ -41,17 +41,17 @@ enum class PoseRole {
 struct Observation {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
-  // Covariance of the mean inside the rest, raw unit squared.
+  // Covariance of the mean from the noise within the rest, raw unit squared.
   Eigen::Matrix3d rest_covariance = Eigen::Matrix3d::Zero();
-  // Change of the mean if the triad's times were one second earlier, from the readings at both ends
-  // of the rest.
+  // By how much the mean would change if the triad's times were one second earlier. Follows from
+  // the readings at both ends of the rest.
   Eigen::Vector3d by_clock_raw_per_s = Eigen::Vector3d::Zero();
   // Covariance of the known rate, (rad/s)^2.
   Eigen::Matrix3d rate_covariance = Eigen::Matrix3d::Zero();
   // For readings around a moment of motion: the mean of R_reading^T R_node over these readings. It
   // rotates a vector from the body at the node to the body at the readings. `turning`: the
-  // quantities from which the mean follows; null if it is constant for all parameters of the
-  // gyroscope.
+  // quantities from which the mean is computed; null if it does not depend on the gyroscope's
+  // parameters.
   Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();
   std::shared_ptr<const Turning> turning;
   // Covariance with which the mean is weighted: rest noise and excess noise.
@@ -61,14 +61,14 @@ struct Observation {
   bool rejected = false;
 };
 
-// One pose of the graph: its readings, and its known or estimated attitude. Its rows (graph_rows.h)
-// are in this order: three for each observation, three for a given attitude, one for a held
+// One pose of the graph: its readings, and its known or estimated attitude. The order of its rows
+// (graph_rows.h): three rows for each observation, three for a given attitude, one for a held
 // heading, two for a face.
 struct PoseNode {
   int number = 0;  // StaticPose::number; known rates and turns have the next numbers
   PoseRole role = PoseRole::kRest;
   PoseKind kind = PoseKind::kRotation;
-  double time_s = 0.0;  // the middle of the readings; without times the pose's number
+  double time_s = 0.0;  // the middle of the readings, or, without times, the pose's number
   PoseValues state{0.0, 0.0, 0.0, 1.0};
   double temperature_degc = 25.0;  // used only by temperature terms
   double temperature_rate_degcps = 0.0;
@@ -79,7 +79,7 @@ struct PoseNode {
   // axis.
   Eigen::Vector3d known_rate_radps = Eigen::Vector3d::Zero();
   bool is_axis_known = true;
-  // Mean specific force while the rate was held, by the accelerometer.
+  // Mean specific force while the rate was held, measured by the accelerometer.
   Eigen::Vector3d known_force_mps2 = Eigen::Vector3d::Zero();
 
   bool has_attitude_prior = false;
@@ -105,13 +105,13 @@ struct PoseNode {
                                   const double* shared,
                                   Triad triad) const;
 
-  // Whether a reading or a given attitude determines the node's heading about the vertical.
+  // Whether a reading or a given attitude determines the node's heading.
   bool TellsHeading() const;
   // False if the field itself defines the vertical (CalibrateOptions::TurnsAgainstField).
   bool is_field_inclined = true;
 
-  // Whether the gyroscope's row includes the earth's rate: only at rest, since a known rate is
-  // stated relative to the table.
+  // Whether the gyroscope's row includes the earth's rate. It does so only at rest, since known
+  // rates are stated relative to the turntable.
   bool SeesEarthRate(const SharedLayout& layout) const {
     return role == PoseRole::kRest && layout.CountsEarthRate();
   }

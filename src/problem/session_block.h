@@ -16,8 +16,8 @@ inline constexpr int kMaxSessions = 16;
 // is thus the mean over all sessions.
 struct SessionBlock {
   int at = -1;
-  // For each session: its place among the sessions with readings of the triad; -1: it has no
-  // reading.
+  // For each session: its place among the sessions with readings of the triad; -1 if it has no such
+  // readings.
   std::vector<int> places;
   int seen = 0;  // number of sessions with readings of the triad
 

@@ -15,9 +15,9 @@
 namespace truetriad {
 
 double WildFrom(std::vector<double> errors) {
-  constexpr std::size_t kFewest = 12;    // chosen: a median of fewer errors is no robust scale
+  constexpr std::size_t kFewest = 12;    // chosen: the median of fewer errors is no reliable scale
   constexpr double kTimesMedian = 10.0;  // chosen: 15 σ of normal errors, whose median is 0.67 σ
-  constexpr double kLeast = 0.02;        // of the field: a rough start may have such errors itself
+  constexpr double kLeast = 0.02;        // share of the field; a rough start has such errors
   if (errors.size() < kFewest) return std::numeric_limits<double>::infinity();
   return std::max(kLeast, kTimesMedian * Median(std::move(errors)));
 }
@@ -53,8 +53,8 @@ Eigen::Vector3d MedianReading(const PoseSet& poses, Triad triad) {
 
 namespace {
 
-// Refuses a label that differs from the label of most rests with the same axis up. If all rests of
-// a face have the label of another face, the mounting is the reason, and they pass.
+// Refuses a label that differs from the label of most rests with the same axis up. If all rests on
+// a face have the label of another face, the cause is the mounting, and they are accepted.
 Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
   std::vector<Eigen::Vector3d> readings;
   std::vector<std::size_t> labelled;
@@ -64,7 +64,7 @@ Status CheckLabels(const PoseSet& poses, const std::vector<int>& faces) {
     labelled.push_back(k);
   }
   const auto seen = AssignFaces(readings);
-  if (!seen) return {};  // The readings do not separate six faces: labels decide.
+  if (!seen) return {};  // The readings do not show six separate faces, so the labels are used.
   std::array<std::array<int, kFaceCount>, kFaceCount> count{};  // [face of the reading][label]
   const auto place_of = [&](std::size_t i) { return static_cast<std::size_t>((*seen)[i]); };
   for (std::size_t i = 0; i < labelled.size(); ++i) {
@@ -162,7 +162,7 @@ void SetStartHeadings(PoseGraph* graph) {
     if (node.TellsHeading() || node.kind != PoseKind::kRotation || node.has_attitude_prior)
       continue;
     const Eigen::Quaterniond predicted = before.rotation() * edge.increment.rotation;
-    // North as predicted, up as measured.
+    // North is the predicted one, up the measured one.
     const Eigen::Vector3d up = node.rotation().conjugate() * Eigen::Vector3d::UnitZ();
     const Eigen::Quaterniond q = TriadAttitude(Eigen::Vector3d::UnitZ(),
                                                Eigen::Vector3d::UnitX(),

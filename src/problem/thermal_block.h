@@ -19,19 +19,20 @@ inline constexpr int kMaxThermalVectors =
 // the sensitivity.
 inline constexpr int kMaxThermalSize = 3 * kMaxThermalVectors + 9 * ThermalOptions::kMaxMatrixOrder;
 
-// No session: the bias is then the mean of the sessions.
+// Stands for no session: the bias is then the mean over the sessions.
 inline constexpr int kNoSession = -1;
 
 // Factors that multiply the terms of a triad at one pose: the factors of temperature terms, and the
 // session, which determines the factors of session biases (session_block.h).
 struct ThermalFactors {
-  std::array<double, ThermalOptions::kMaxBiasOrder> power{};  // [i - 1]: of the term for tau^i
+  std::array<double, ThermalOptions::kMaxBiasOrder>
+      power{};  // [i - 1]: factor of the term for tau^i
   PerRateTerm<double> rate;
   int session = kNoSession;
 };
 
-// The variables of temperature terms: of the order of 1 over the poses, and zero at the reference
-// temperature, at which bias and sensitivity are stated.
+// The scaled variables of temperature terms. They are of the order of 1 over the poses, and zero at
+// the reference temperature, for which bias and sensitivity are stated.
 //
 //   power i   T_i(v) - T_i(v_ref)      T_i: Chebyshev polynomial,  v = (T - centre) / half_range
 //   rates     of tau / half_range and q, terms.h                   q = T' / rate

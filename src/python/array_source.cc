@@ -90,7 +90,7 @@ class ArraySource : public SampleSource {
 
   Result<bool> Next(std::vector<SampleBlock>* blocks) override {
     blocks->clear();
-    // The earliest time at which some stream has filled a block: up to it all streams are read.
+    // All streams are read up to the earliest time at which one of them has filled a block.
     std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
     for (std::size_t k = 0; k < at_.size(); ++k) {
       const ArrayStream& stream = recording_->streams[k];

@@ -28,7 +28,7 @@ struct ArrayStream {
 
 /// A recording in memory.
 struct ArrayRecording {
-  std::string name;  ///< The name used instead of a file's in messages and results.
+  std::string name;  ///< The name that messages and results state in place of a file name.
   std::string serial;
   std::vector<ArrayStream> streams;  ///< At most one per triad.
   bool has_time = true;

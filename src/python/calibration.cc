@@ -204,7 +204,7 @@ py::object SensorOf(const HeldCalibration& held, Triad triad) {
   return py::cast(HeldSensor{held.value, triad});
 }
 
-/// The first two paragraphs of the report: the verdict and what was calibrated.
+/// The first two paragraphs of the report, which state the verdict and what was calibrated.
 std::string HeadOf(const Calibration& calibration) {
   const std::string text = CalibrationText(calibration);
   const std::size_t first = text.find("\n\n");
@@ -255,17 +255,17 @@ HeldSensor UnpickledSensor(const py::tuple& state) {
 }
 
 void BindFinding(py::module_& module) {
-  py::class_<Finding> finding(module, "Finding", "One thing that a person should know of a run.");
+  py::class_<Finding> finding(module, "Finding", "A refusal, warning or note about a run.");
   BindCopies(finding);
   finding
       .def_property_readonly(
           "code",
           [](const Finding& f) { return FindingCodeName(f.code); },
-          "As in docs/reasons.md: \"poorly-known\".")
+          "The code, as in docs/reasons.md: \"poorly-known\".")
       .def_property_readonly(
           "severity",
           [](const Finding& f) { return SeverityName(f.severity); },
-          "\"refusal\", \"warning\" or \"note\".")
+          "The severity: \"refusal\", \"warning\" or \"note\".")
       .def_property_readonly(
           "message", [](const Finding& f) { return Printable(f.Message()); }, "Text and remedy.")
       .def_property_readonly(
@@ -278,7 +278,7 @@ void BindFinding(py::module_& module) {
             return OptionalText(f.sensor ? std::optional<std::string>(TriadName(*f.sensor))
                                          : std::nullopt);
           },
-          "The sensor that it is about, or None.")
+          "The sensor that the finding is about, or None.")
       .def_property_readonly(
           "axis",
           [](const Finding& f) {
@@ -287,7 +287,9 @@ void BindFinding(py::module_& module) {
                        : std::nullopt);
           },
           "\"x\", \"y\" or \"z\", or None.")
-      .def_readonly("pose", &Finding::pose, "The pose that it is about, from 1, or None.")
+      .def_readonly("pose",
+                    &Finding::pose,
+                    "The number of the pose that the finding is about, from 1, or None.")
       .def_property_readonly(
           "values",
           [](const Finding& f) {
@@ -301,7 +303,7 @@ void BindFinding(py::module_& module) {
             }
             return values;
           },
-          "Its numbers by name: {\"value\", \"sigma\" or None, \"unit\"}.")
+          "The finding's numbers by name: {\"value\", \"sigma\" or None, \"unit\"}.")
       .def("__repr__", [](const Finding& f) {
         return Printable("<" + std::string(SeverityName(f.severity)) + " " +
                          std::string(FindingCodeName(f.code)) + ": " + f.Message() + ">");
@@ -320,7 +322,7 @@ raw = sensitivity @ truth + bias, truth = correction @ (raw - bias); rows are se
       .def_property_readonly(
           "name",
           [](const HeldSensor& s) { return TriadName(s.triad); },
-          "\"accelerometer\", \"gyroscope\" or \"magnetometer\".")
+          "The sensor: \"accelerometer\", \"gyroscope\" or \"magnetometer\".")
       .def(py::pickle(
           [](const HeldSensor& s) { return py::make_tuple(PickleOf(*s.of), TriadName(s.triad)); },
           &UnpickledSensor))
@@ -393,16 +395,16 @@ findings say why.)");
       .def_property_readonly(
           "verdict",
           [](const HeldCalibration& c) { return VerdictName(c.value->verdict()); },
-          "\"PASS\", \"FAIL\", \"NO_RESULT\" or \"NO_LIMITS\": usable, neither passed nor "
-          "failed.")
+          "The verdict: \"PASS\", \"FAIL\", \"NO_RESULT\", or, if no limits are set, "
+          "\"NO_LIMITS\".")
       .def_property_readonly(
           "status",
           [](const HeldCalibration& c) { return OutcomeName(c.value->outcome); },
-          "\"converged\", \"not_observable\", \"not_converged\" or \"not_enough\".")
+          "The outcome: \"converged\", \"not_observable\", \"not_converged\" or \"not_enough\".")
       .def_property_readonly(
           "usable",
           [](const HeldCalibration& c) { return c.value->IsUsable(); },
-          "Whether it may be used; if not, the command line ends with exit code 3.")
+          "Whether the calibration may be used; if not, the command line ends with exit code 3.")
       .def_property_readonly(
           "within_limits",
           [](const HeldCalibration& c) { return c.value->within_limits; },
@@ -410,7 +412,7 @@ findings say why.)");
       .def_property_readonly(
           "findings",
           [](const HeldCalibration& c) { return c.value->findings; },
-          "What a person should know of the run, list of Finding.")
+          "Refusals, warnings and notes, as a list of Finding.")
       .def_property_readonly(
           "serial",
           [](const HeldCalibration& c) { return Printable(c.value->serial); },

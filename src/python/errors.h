@@ -21,7 +21,7 @@ inline pybind11::str Printable(const std::string& text) {
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "replace"));
 }
 
-/// As Printable, but in Python's representation of file names: os.fsencode() restores the bytes.
+/// Like Printable, but in Python's representation of file names: os.fsencode() restores the bytes.
 inline pybind11::str NameOrText(const std::string& text) {
   return pybind11::reinterpret_steal<pybind11::str>(
       PyUnicode_DecodeUTF8(text.data(), static_cast<Py_ssize_t>(text.size()), "surrogateescape"));
@@ -37,7 +37,7 @@ inline void Check(const Status& status) {
   if (!status) Raise(status.error());
 }
 
-/// Runs `work` without the interpreter's lock, so that other Python threads continue.
+/// Runs `work` without the interpreter's lock, so that other Python threads can run meanwhile.
 template <typename Work>
 auto WithoutGil(const Work& work) {
   const pybind11::gil_scoped_release released;

@@ -48,8 +48,8 @@ Answer AnswerOf(const VerbReport& report, const Json& json) {
   return {report.text, TextOf(json), report.html};
 }
 
-/// An experiment or a scenario, as a file or as a text. If there is neither, calibrate has
-/// defaults; other verbs fail.
+/// An experiment or a scenario, as a file or as a text. If neither is given, calibrate uses
+/// defaults, and other verbs fail.
 struct Document {
   std::optional<fs::path> path;
   std::optional<std::string> text;

@@ -38,7 +38,7 @@ Range ShownOf(const LimitCheck& check, double lower) {
 struct LimitLayout {
   double left = 16.0;      ///< A bar begins here, beyond the lower limit.
   double allowed = 240.0;  ///< The length of the allowed interval.
-  double beyond = 0.2;     ///< By this share of `allowed` bars extend beyond it.
+  double beyond = 0.2;     ///< Bars extend beyond the allowed interval by this share of its length.
   double name = 15.0;      ///< Height of a name.
   double bar = 16.0;
   double row = 39.0;  ///< A name, its bar and the gap to the next name.
@@ -147,7 +147,8 @@ Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
   if (shown.empty() || shown.size() > kMostMarks) return {};
   std::sort(sizes.begin(), sizes.end());
   if (!std::isfinite(sizes.back())) return {};
-  // Very large differences are drawn at the edge with their value, so that the others stay legible.
+  // Very large differences are drawn at the edge with their value, so that smaller differences stay
+  // visible.
   const double far = std::max(20.0, 3.0 * sizes[sizes.size() / 2]);
   const double largest = std::max(4.0, std::min(sizes.back(), far) + 1.0);
   const auto count = static_cast<double>(shown.size());
@@ -157,7 +158,7 @@ Drawing DifferenceDrawing(const std::vector<ComparisonEntry>& entries) {
                        .height = kLayout.cell * count};
   Svg svg(kLayout.width, box.top + box.height + kLayout.bottom, "Differences in σ");
   Frame frame(svg, box, {-largest, largest}, {-count, 1.0});
-  const double all = 2.0 * count + 2.0;  // More than the frame; clamped to its edge.
+  const double all = 2.0 * count + 2.0;  // Outside the frame; clamped to its edge.
   frame.DrawBand({{-2.0, all}, {2.0, all}}, {{-2.0, -all}, {2.0, -all}});
   frame.Draw("", "a − b, in σ", /*has_y=*/false);
   frame.DrawLine({{0.0, all}, {0.0, -all}}, "zero");
@@ -224,7 +225,7 @@ Drawing HeadingDrawing(const Calibration& calibration) {
   if (!calibration.IsUsable()) return {};
   std::vector<HeadingError> errors = HeadingErrors(calibration, kHeadings);
   if (errors.empty()) return {};
-  // The first error is repeated at 360°, so that the line closes the circle.
+  // The error at heading 0° is repeated at 360°, so that the line covers the full circle.
   errors.push_back(errors.front());
   errors.back().heading_rad = 360.0 / kDegPerRad;
   Panel raw{"raw heading, error, °", "heading, °", {}, {0.0, 0.0}};
@@ -234,7 +235,7 @@ Drawing HeadingDrawing(const Calibration& calibration) {
     corrected.series[0].Add(heading, 0.0, 2.0 * kDegPerRad * error.sigma_rad);
     if (!error.raw_rad) continue;
     const double raw_deg = kDegPerRad * *error.raw_rad;
-    // When the error passes ±180°, it continues on the other side with a new line.
+    // If the error passes ±180°, a new line begins at the other edge of the chart.
     if (raw.series.empty() || std::abs(raw_deg - raw.series.back().points.back().second) > 180.0) {
       raw.series.push_back({.style = "line"});
     }
@@ -278,7 +279,8 @@ class Residuals {
     return range;
   }
 
-  /// Only the poses used determine the scale: a rejected pose would flatten their residuals.
+  /// Only the poses used determine the range: with a rejected pose, the other residuals would look
+  /// flat.
   Range ValueRange(int axis) const {
     double largest = 3.3 * sigma_[axis];
     for (const PoseResidual* pose : poses_) {
@@ -346,7 +348,8 @@ void DrawNormalPlot(const std::vector<double>& values, const Frame::Box& box, Sv
   Points points;
   Range both;
   const auto count = static_cast<double>(values.size());
-  // Residuals beyond `far` are drawn at the edge with their value, to not flatten the others.
+  // Residuals beyond `far` are drawn at the edge with their value, so that the other residuals do
+  // not look flat.
   constexpr double kFar = 3.0;  // Times the expected largest of `count` values.
   const double far = kFar * NormalQuantile((count - 0.5) / count);
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -370,7 +373,8 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
                         Triad triad) {
   const Residuals residuals(poses, sensor, triad);
   if (residuals.empty()) return {};
-  // Three low panels stand one below the other; beside them is one as high as all three.
+  // Three low panels stand one below the other. Beside them is a panel as high as all three
+  // together.
   constexpr Frame::Box kPanel{.width = 430.0, .height = 76.0};
   const double row = kPanel.height + kLayout.below, all = 2.0 * row + kPanel.height;
   const std::string title = TriadTitle(triad);
@@ -387,16 +391,15 @@ Drawing ResidualDrawing(const std::vector<PoseResidual>& poses,
     residuals.DrawAxis(axis, &frame, &svg);
   }
   DrawNormalPlot(residuals.Normalized(), {560.0, kPanel.top, 190.0, all}, &svg);
-  return {
-      svg.Finish(),
-      title +
-          ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
-          "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
-          "Right: " +
-          (triad == Triad::kGyroscope ? "axes" : "lengths") +
-          " in σ against the normal distribution; normal errors lie on the dashed line. Far errors "
-          "are on the edge, with their value.",
-      std::string(TriadName(triad))};
+  return {svg.Finish(),
+          title +
+              ": residual of each axis, C(y − b) minus the prediction. Shaded: ±3σ of the noise "
+              "used for the weights. Crosses: rejected poses, on the edge if beyond the scale. "
+              "Right: " +
+              (triad == Triad::kGyroscope ? "axes" : "lengths") +
+              " in σ against the normal distribution; normal errors lie on the dashed line. Errors "
+              "beyond the scale are on its edge, with their value.",
+          std::string(TriadName(triad))};
 }
 
 Drawing TurnDrawing(const RestQuality& quality) {

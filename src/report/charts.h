@@ -17,8 +17,9 @@
 
 namespace truetriad {
 
-// The figures of pages, with their captions. A figure with nothing to draw is empty. Points are
-// thinned to the extremes of neighbours, so that a figure of many poses does not grow.
+// The figures of pages, with their captions. A figure with nothing to draw is empty. If there are
+// many points, only the lowest and the highest of each group of neighbours are drawn, which limits
+// the size of the page.
 
 /// Calls `draw` for each sensor and collects the drawings.
 template <typename Draw>
@@ -28,7 +29,7 @@ std::vector<Drawing> OfEachSensor(const Draw& draw) {
   return drawings;
 }
 
-/// Each limit is a bar: the worst value with ±2σ, compared with what is allowed.
+/// Each limit is drawn as a bar: the worst value with ±2σ, compared with the allowed interval.
 Drawing LimitDrawing(const std::vector<LimitCheck>& limits);
 
 /// Differences of two calibrations in units of their σ, each with ±1 σ, above a band of ±2 σ.
@@ -56,7 +57,7 @@ Drawing TurnDrawing(const RestQuality& quality);
 
 /// A recording over time: readings of each sensor with rests shaded and rejected rests crossed, the
 /// intervals left out, and the temperature of the rests. Empty if the poses have no times.
-/// `leads_to_rows`: the page has a row for each pose, to which rests lead.
+/// `leads_to_rows`: the page has a table row for each pose, and each rest links to its row.
 Drawing TimelineDrawing(const PoseSet& poses,
                         const std::vector<RejectedPose>& rejected,
                         bool leads_to_rows);
@@ -73,7 +74,8 @@ bool FollowsThePast(const Calibration& calibration, Triad triad, int axis);
 /// FollowsThePast.
 Drawing SweepSurfaceDrawing(const Calibration& calibration, Triad triad, int axis);
 
-/// The bias that the poses of each temperature alone give. Empty without temperature terms.
+/// The bias at each temperature setting, from the poses at this temperature alone. Empty without
+/// temperature terms.
 std::vector<TemperatureSetting> SettingsOf(const Calibration& calibration, Triad triad);
 
 /// One axis: the bias that the poses of each temperature give by themselves, and the bias that the
@@ -94,9 +96,9 @@ struct SpherePoint {
   Eigen::Vector3d corrected = Eigen::Vector3d::Zero();  ///< The reading by the calibration.
 };
 
-/// One point for each pose, in their order, at the reference temperature. If the nominal gain of
-/// counts is unknown, they are divided by the mean gain found. Empty for a gyroscope, without rests
-/// or if the field is unknown.
+/// One point for each pose, in their order, at the reference temperature. If the readings are
+/// counts without a nominal gain, they are divided by the mean of the estimated gains. Empty for a
+/// gyroscope, without rests or if the field is unknown.
 std::vector<SpherePoint> SpherePoints(const Calibration& calibration, Triad triad);
 
 /// The factor 1, 2, 5, 10, 20 ... by which errors are enlarged: the largest that keeps the greatest
@@ -110,7 +112,8 @@ double SphereReach(const std::vector<SpherePoint>& points, double factor);
 /// with the greatest error after the calibration.
 std::vector<SpherePoint> GreatestOfRuns(const std::vector<SpherePoint>& points, std::size_t most);
 
-/// The body axis with the largest σ of a sensor's bias, if one axis is clearly worst. True unit.
+/// The direction in the body frame in which a sensor's bias has its largest σ. It exists only if
+/// this σ is clearly larger than the others. True unit.
 struct WeakAxis {
   Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
   double sigma = 0.0;   ///< The σ along the axis.
@@ -134,7 +137,8 @@ Drawing SphereDrawing(const Calibration& calibration, Triad triad, bool turns);
 /// from every pose than kHoleDeg, half the 90° between two faces of a cube, are shaded.
 inline constexpr double kHoleDeg = 45.0;
 Drawing CoverageDrawing(const Quality& quality, Triad triad);
-/// As above, for readings before any calibration; `unit` holds their directions, pose by pose.
+/// The same drawing for readings before any calibration; `unit` holds the direction of the reading
+/// at each pose.
 Drawing CoverageDrawing(const std::vector<Eigen::Vector3d>& unit, Triad triad);
 
 /// The pose that closes the largest gap of any vector sensor, if a gap is larger than kHoleDeg.

@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-constexpr std::size_t kWorstPoses = 5;  // Enough to see whether they have something in common.
+constexpr std::size_t kWorstPoses = 5;  // Enough to see what these poses have in common.
 
 /// The poses with the largest normalised residuals.
 Table WorstPosesTable(std::vector<PoseResidual> residuals) {
@@ -111,13 +111,12 @@ Headline HeadlineFor(const EvaluationSummary& evaluation, const Calibration& cal
               tested};
     case PredictionVerdict::kAsPredicted:
       if (WorstErrorRatio(evaluation).value_or(0.0) > kExpectedErrorRatio) {
-        return {
-            Grade::kCaution,
-            "AS PREDICTED within what so few poses and degrees of freedom allow: the errors are "
-            "up to " +
-                Significant(*WorstErrorRatio(evaluation), 3) +
-                " times the prediction, which is itself uncertain",
-            tested + " Evaluate more poses, or calibrate from more."};
+        return {Grade::kCaution,
+                "AS PREDICTED, as far as so few poses and degrees of freedom can show: the errors "
+                "are up to " +
+                    Significant(*WorstErrorRatio(evaluation), 3) +
+                    " times the prediction, which is itself uncertain",
+                tested + " Evaluate more poses, or calibrate from more."};
       }
       return {Grade::kGood,
               "AS PREDICTED: the errors on these poses are consistent with noise and parameter "
@@ -250,8 +249,8 @@ Headline HeadlineFor(const SideBySide& both) {
   }
   return {Grade::kNeutral,
           both.errors.empty()
-              ? "NOT COMPARED: the recording has no poses of a sensor that both have"
-              : "NO DIFFERENCE that exceeds both a tenth and chance on these " + poses,
+              ? "NOT COMPARED: the recording has no poses of a sensor that both calibrations have"
+              : "NO DIFFERENCE that exceeds both 10 % and chance on these " + poses,
           explanation};
 }
 
@@ -285,12 +284,11 @@ VerbReport ReportOf(const SideBySide& both, const std::vector<std::string>& abou
             "; this field is valid only at the place of calibration, so for the magnetometer the "
             "spread of the length about its mean decides instead";
   }
-  content.sections.push_back(
-      {"Errors on these poses",
-       {std::move(table),
-        held + ".",
-        "Better: the error is smaller by more than a tenth, and chance (1 in 1000) does not "
-        "explain it. Both have the same poses."}});
+  content.sections.push_back({"Errors on these poses",
+                              {std::move(table),
+                               held + ".",
+                               "Better: the error is smaller by more than 10 %, and chance (1 in "
+                               "1000) does not explain it. Both have the same poses."}});
   return ReportOf(content);
 }
 

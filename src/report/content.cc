@@ -38,8 +38,8 @@ std::string NoiseSentence(const TriadNoise& noise, Triad triad, bool from_motion
     if (std::isinf(noise.excess_dof)) {
       text += " (excess σ, as stated, not estimated)";
     } else if (noise.excess_dof > 0.0) {
-      // States the degrees of freedom of the summed noise, which weights the readings. If the rest
-      // noise dominates, the excess noise alone has few degrees of freedom, with little effect.
+      // States the degrees of freedom of the total noise, which determines the weights. Those of
+      // the excess noise alone may be few, but have little effect if the rest noise dominates.
       text += " (excess σ; both noises together have " +
               (noise.excess_dof < kManyDof ? Significant(noise.excess_dof, 3) : "very many") +
               " degrees of freedom)";
@@ -167,7 +167,7 @@ Section LimitsSection(const Calibration& calibration, double coverage_factor) {
 
 namespace {
 
-/// A finding and the sensors to which it applies in the same words.
+/// A finding, and all sensors that have this finding with the same words.
 struct SharedFinding {
   const Finding* finding;
   std::vector<std::string> sensors;  ///< The sensors with which the text begins.
@@ -212,7 +212,7 @@ Section FindingsSection(const Calibration& calibration) {
       const FindingCode code = finding->code;
       const std::string tag =
           std::string(SeverityName(severity)) + ", " + std::string(FindingCodeName(code));
-      // If one finding is left, it takes no more room than a line that states "1 more".
+      // If only one finding is left, it is listed, since a line "1 more" would need as much room.
       if (code != FindingCode::kMessage && shown[code] == kFewAlike && left[code] > 1) {
         section.Add(Bullet{std::to_string(left[code]) +
                                " more findings like the last one; calibration.yaml lists all",
@@ -307,7 +307,8 @@ Finding WhyRefused(const Findings& findings) {
 std::string ReasonOf(const Calibration& calibration) {
   if (calibration.outcome == Outcome::kNotCalled) return "no calibration was run";
   const Finding refusal = WhyRefused(calibration.findings);
-  // If the code is usually a warning, its meaning describes a warning; the message is used instead.
+  // If findings of this code are usually warnings, the code's meaning would not explain a refusal,
+  // so the message is used instead.
   if (FindingKindOf(refusal.code).severity != Severity::kRefusal) {
     const std::string_view sensor = refusal.sensor ? TriadName(*refusal.sensor) : "";
     return PrintableLine(std::string(sensor) + (sensor.empty() ? "" : ": ") + refusal.text);

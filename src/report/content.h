@@ -27,7 +27,8 @@ struct Headline {
 Headline HeadlineOf(const Calibration& calibration);
 /// "FAIL by R. Roe on 2026-11-25T10:00:00Z: connector bent".
 std::string DecisionText(const Decision& decision);
-/// The limit most probably missed, of the failed ones if any failed; `limits` must not be empty.
+/// The limit that is most probably missed. If any limit failed, only failed limits are considered.
+/// `limits` must not be empty.
 const LimitCheck& WorstLimit(const std::vector<LimitCheck>& limits);
 /// "accelerometer.bias.y -0.889 of ± 0.7 m/s²".
 std::string MissedText(const LimitCheck& check);
@@ -39,7 +40,7 @@ struct Subtitle {
 /// One point of a list.
 struct Bullet {
   std::string text;
-  std::string tag = {};  ///< Shown small behind the text: "warning, clock-offset".
+  std::string tag = {};  ///< Shown in small type behind the text: "warning, clock-offset".
 };
 /// A paragraph, a subtitle, a list point or a table.
 using Block = std::variant<std::string, Subtitle, Bullet, Table>;
@@ -65,7 +66,7 @@ struct PageContent {
 /// parameters. `turns`: the drawings of spheres hold the data with which a page can turn them.
 std::vector<Section> SectionsOf(const Calibration& calibration, bool turns = false);
 
-/// The section of the limits, with `coverage_factor` σ behind each ±.
+/// The section of the limits; each value has ± `coverage_factor` σ.
 Section LimitsSection(const Calibration& calibration, double coverage_factor);
 
 /// Serial, model, software, inputs, gauge: one row each.
@@ -96,7 +97,7 @@ Section SoakSection(const Calibration& calibration);
 /// terms were chosen, the fit beside the data, and the bias over temperature and rate.
 Section SweepSection(const Calibration& calibration);
 
-/// Further sections of a calibration from poses, after the section of the parameters.
+/// The sections of a calibration from poses that follow the section of the parameters.
 Section LeftOutSection(const Quality& quality);
 Section ModelChoiceSection(const Quality& quality);
 Section HeldOutSection(const Calibration& calibration);
@@ -109,8 +110,8 @@ void AddSessions(const RestQuality& quality,
                  const std::string& unit,
                  Section* section);
 
-/// Derivatives J of a quantity by parameter name, and the quantity's σ = sqrt(J P J^T). nullopt:
-/// the covariance lacks a name.
+/// Derivatives J of a quantity by parameter name, and the quantity's σ = sqrt(J P J^T). Returns
+/// nullopt if the covariance lacks one of the names.
 using Derivatives = std::vector<std::pair<std::string, double>>;
 std::optional<double> SigmaOf(const NamedCovariance& covariance, const Derivatives& derivatives);
 
@@ -120,7 +121,7 @@ Table ParameterTable(const TriadCalibration& sensor,
                      Triad triad,
                      const NamedCovariance& covariance);
 
-/// The model raw = S truth + b of one triad in numbers, with `coverage_factor` σ behind each ±.
+/// The numbers of one triad's model raw = S truth + b, each with ± `coverage_factor` σ.
 Table ResultTable(const TriadCalibration& sensor,
                   Triad triad,
                   const NamedCovariance& covariance,

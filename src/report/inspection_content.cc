@@ -19,7 +19,8 @@
 namespace truetriad {
 namespace {
 
-/// Poses whose directions differ by less repeat each other, as the seat of a unit may tilt by less.
+/// If the directions of two poses differ by less than this, they count as the same pose: a unit may
+/// tilt by nearly as much on its seat.
 constexpr double kDistinctDeg = 5.0;
 /// The directions of one triad's raw readings, before any calibration.
 struct Directions {
@@ -98,8 +99,8 @@ Section StreamsSection(const PoseSet& poses, const Result<Calibration>& tried) {
       }};
 }
 
-/// The number of decimals that shows the largest mean of `triad` to six digits. One number for the
-/// whole table keeps the columns aligned.
+/// The number of decimals that shows the largest mean of `triad` to six digits. The whole table has
+/// the same number of decimals, which keeps its columns aligned.
 int MeanDecimals(const PoseSet& poses, Triad triad) {
   double largest = 0.0;
   for (const StaticPose& pose : poses.poses) {
@@ -169,8 +170,8 @@ Section CoverageOfReadings(const DirectionsOfSensors& directions) {
        "Directions are seen from the middle of the range of the readings and count as distinct if "
        "at least " +
            Significant(kDistinctDeg, 2) +
-           " deg apart. If they are even, each spread is 0.333; the gap is the radius of the "
-           "largest circle on the sphere that contains no direction."},
+           " deg apart. If the directions are spread evenly, each spread is 0.333; the gap is the "
+           "radius of the largest circle on the sphere that contains no direction."},
       [directions] {
         return OfEachSensor([&](Triad triad) {
           return directions[triad] ? CoverageDrawing(directions[triad]->unit, triad) : Drawing();
@@ -216,7 +217,7 @@ Headline HeadlineOf(const Result<Calibration>& tried) {
       if (!tried->sensors[triad]) continue;
       sensors += (sensors.empty() ? "" : ", ") + std::string(TriadName(triad));
     }
-    return {Grade::kGood, "ENOUGH for a usable calibration", "Of: " + sensors + "."};
+    return {Grade::kGood, "ENOUGH for a usable calibration", "Sensors: " + sensors + "."};
   }
   const bool is_enough = tried->outcome == Outcome::kNotConverged;
   const Finding* const refusal = FirstRefusal(tried->findings);

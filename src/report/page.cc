@@ -36,7 +36,7 @@ std::string Sentence(std::string_view text) {
     html += EscapeMarkup(text.substr(0, tick));
     if (tick == std::string_view::npos) return html;
     text.remove_prefix(tick + 1);
-    // A backtick without its partner is printed as it is.
+    // A backtick without a closing backtick is printed as it is.
     if (!in_code && text.find('`') == std::string_view::npos)
       return html + '`' + EscapeMarkup(text);
     html += in_code ? "</code>" : "<code>";
@@ -117,11 +117,11 @@ std::string NameOf(const Table& table) {
   return name;
 }
 
-/// Classes: the table's own, "long" if two halves fit side by side on paper, and "wide" if it needs
-/// narrow columns.
+/// The classes of a table: its own class, "long" if its two halves fit side by side on paper, and
+/// "wide" if it needs narrow columns.
 std::string ClassesOf(const Table& table) {
-  // Half of A4 holds five columns; below twelve rows halving saves no room; ten columns of the
-  // usual width exceed the page.
+  // Half of an A4 page holds five columns. A table of fewer than twelve rows needs no less room in
+  // two halves. Ten columns of the usual width are wider than the page.
   constexpr std::size_t kFewColumns = 5, kManyRows = 12, kManyColumns = 10;
   const std::size_t columns = table.alignment.size();
   return table.style + (columns <= kFewColumns && table.rows.size() >= kManyRows ? " long" : "") +
@@ -136,7 +136,8 @@ std::string_view AlignmentClass(const Table& table, std::size_t column) {
   return table.alignment[column] == 'r' ? "r" : "";
 }
 
-/// Appends a header cell. Above row names the cell may be empty; then it is not marked as a header.
+/// Appends a header cell. If the cell is empty, as above a column of row names, it is not marked as
+/// a header.
 void AppendHeader(const Table& table, std::size_t column, std::string* html) {
   const std::string& words = table.header[column];
   if (words.empty()) {
@@ -147,7 +148,7 @@ void AppendHeader(const Table& table, std::size_t column, std::string* html) {
            EscapeMarkup(words) + "</th>";
 }
 
-/// A line may be broken before a "±", not after it.
+/// A line break is allowed before a "±", but not after it.
 std::string WithSigmaWhole(std::string cell) {
   constexpr std::string_view kSpaced = " ± ", kWhole = " ±\u00a0";
   if (const std::size_t at = cell.find(kSpaced); at != std::string::npos) {

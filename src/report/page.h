@@ -34,8 +34,9 @@ std::string Details(std::string_view summary, const std::string& html);
 /// The style sheets and scripts of a page.
 struct PageLooks {
   std::string_view style = {};   ///< The page's own rules, as CSS.
-  std::string_view assets = {};  ///< As in ReportLooks; if set, the page leaves out `style`.
-  /// In their order. If `assets` is set, the page loads only ReportScript, from that folder.
+  std::string_view assets = {};  ///< ReportLooks::assets; if set, the page leaves out `style`.
+  /// The scripts in the order of the page. If `assets` is set, the page loads only ReportScript,
+  /// from that folder.
   std::vector<EmbeddedScript> scripts = {};
 };
 

@@ -23,8 +23,8 @@ std::string SensitivityName(Triad triad, int row, int column) {
   return std::string(TriadName(triad)) + ".sensitivity." + AxisName(row) + AxisName(column);
 }
 
-/// Whether the chip's axes are nearly where they are meant to be: gains and small angles describe
-/// such a chip. Any other chip is shown by its whole matrix.
+/// Whether the chip's axes nearly have their intended directions. If so, gains and small angles are
+/// shown, otherwise the whole matrix.
 bool AxesAreAligned(const TriadCalibration& sensor) {
   const Eigen::Matrix3d sensitivity = sensor.BySensingAxes();
   return ((sensitivity.diagonal().cwiseAbs().array() / sensitivity.rowwise().norm().array()) > 0.8)
@@ -68,7 +68,8 @@ class ParameterRows {
     return std::move(table_);
   }
 
-  /// An axis has no row, rather than zeros, if the gauge fixes it or the model has no misalignment.
+  /// If the gauge fixes an axis or the model has no misalignment, the axis has no row, instead of a
+  /// row of zeros.
   Table Misalignment() const {
     Table table = Headed("misalignment; x; y; z; unit; x; y; z; unit", "lrrrlrrrl");
     if (!AxesAreAligned(sensor_)) return table;
@@ -89,16 +90,17 @@ class ParameterRows {
   }
 
  private:
-  /// The value with its σ. A value without σ is marked as fixed, by the gauge or on request.
+  /// The value with its σ. A value without σ is fixed by the gauge or by the experiment, and is
+  /// marked as fixed.
   std::string Entry(double value, double sigma) const {
     return sigma > 0.0 ? WithSigma(value, coverage_factor_ * sigma)
                        : Significant(value, 6) + " fixed";
   }
 
-  /// σ of value / gain for sensing axis i, from the covariance. If the covariance lacks a name, σ
-  /// is from the two σ, as if they were uncorrelated.
+  /// σ of value / gain for sensing axis i, from the covariance. If the covariance lacks one of the
+  /// two, σ is computed as if the value and the gain were uncorrelated.
   double SigmaPerScale(const std::string& name, double value, double sigma, int i) const {
-    // The covariance is of the signed matrix entries.
+    // The covariance holds the matrix entries with their signs.
     const double scale = sensor_.model.sensitivity(i, BodyAxis(i)), quotient = value / scale;
     return SigmaOf(covariance_, {{name, 1.0 / scale}, {ScaleName(i), -quotient / scale}})
         .value_or(std::hypot(sigma / scale, quotient * ScaleSigma(i) / scale));
@@ -144,7 +146,7 @@ class ParameterRows {
   }
 
   void AddBiasPerScale() {
-    // If the log has a physical unit of the quantity, the row of the bias in that unit suffices.
+    // If the readings are in a physical unit, the row of the bias in this unit suffices.
     const Result<Unit> unit = ParseTriadUnit(triad_, sensor_.input_unit);
     if ((unit && !unit->is_counts) || !AxesAreAligned(sensor_)) return;
     Add("bias / scale", truth_unit_, [&](int i) {
@@ -177,8 +179,8 @@ class ParameterRows {
     }
   }
 
-  /// Adds a vector, with σ if the covariance lists it. `name`: the covariance's name of its
-  /// entries, without the sensor before and the axis after it.
+  /// Adds a row for a vector, with σ if the covariance lists its entries. `name`: the name of the
+  /// entries in the covariance, without the sensor at its beginning and the axis at its end.
   void AddTerm(const std::string& label,
                const Eigen::Vector3d& values,
                const std::string& name,

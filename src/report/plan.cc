@@ -24,11 +24,11 @@ namespace {
 /// The sizes of a picture in user units, and the position of the viewer.
 struct PictureLayout {
   double width = 200.0;
-  double height = 214.0;               ///< The cube and its arrows, and below them the compass.
-  double half_edge = 44.0;             ///< Half an edge of the cube, with room for the arrows.
-  double arrow = 1.85;                 ///< Length of an axis from the centre, in half edges.
-  double flat = 0.25;                  ///< Faces with a smaller cosine to the viewer have no name.
-  double azimuth = 28.0 * kRadPerDeg;  ///< View from north to west, so that three faces are seen.
+  double height = 214.0;    ///< The cube and its arrows, and below them the compass.
+  double half_edge = 44.0;  ///< Half an edge of the cube, with room for the arrows.
+  double arrow = 1.85;      ///< Length of an axis from the centre, in half edges.
+  double flat = 0.25;       ///< A face whose cosine to the viewer is smaller has no name.
+  double azimuth = 28.0 * kRadPerDeg;    ///< The view from north towards west, to see three faces.
   double elevation = 24.0 * kRadPerDeg;  ///< The viewer looks down by this angle.
 };
 constexpr PictureLayout kPicture;
@@ -243,7 +243,7 @@ Headline HeadlineOf(const Plan& plan) {
       (plan.measured_poses > 0
            ? " in addition to the " + std::to_string(plan.measured_poses) + " measured ones"
            : "");
-  // The verb after the number of poses, singular or plural.
+  // The number of poses with the verb in the singular or the plural.
   const auto does = [&](const std::string& plural, const std::string& singular) {
     return poses + ' ' + (count == 1 ? singular : plural);
   };
@@ -280,11 +280,12 @@ std::string RestText(const Plan& plan) {
          "plan.rest_s to get a time.";
 }
 
-/// "magnetometer scale x, σ × 1.50": the σ that grows most without pose `k`, counted from zero.
+/// The parameter whose σ grows most without pose `k` (counted from zero): "magnetometer scale x, σ
+/// × 1.50".
 std::string PurposeText(const Plan& plan, std::size_t k) {
   const PosePurpose& purpose = plan.purposes[k];
   // If some parameter is unobservable anyway, no pose can be called redundant.
-  if (purpose.name.empty()) return plan.determined ? "nothing: the other poses cover it" : "–";
+  if (purpose.name.empty()) return plan.determined ? "nothing: the other poses suffice" : "–";
   // Non-breaking spaces keep "σ × 1.50" on one line.
   return Spoken(purpose.name) + ", " +
          (std::isfinite(purpose.sigma_ratio) ? "σ\u00a0×\u00a0" + Fixed(purpose.sigma_ratio, 2)

@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// Adds a row with the CorrectedErrorOf a sensor in a field of `magnitude`. `factor` converts the
-/// true unit to `unit`.
+/// Adds a row with CorrectedErrorOf, the error of a sensor in a field of `magnitude`. `factor`
+/// converts the true unit to `unit`.
 void AddErrors(const Calibration& calibration,
                const char* what,
                Triad triad,
@@ -94,7 +94,8 @@ void AddHeading(const Calibration& calibration, Table* table) {
                << "";
 }
 
-// Whether misalignment was fixed: fewer than 3 gains + 3 angles = 6 matrix entries were estimated.
+// Whether the misalignment was held fixed: with free misalignment at least 3 gains + 3 angles = 6
+// matrix entries have a σ.
 bool HoldsMisalignment(const TriadCalibration& sensor) {
   return (sensor.sensitivity_sigma.array() > 0.0).count() < 6;
 }
@@ -229,7 +230,8 @@ Section LeftOutSection(const Quality& quality) {
   section.Add(
       "A fault that is significant in the residuals is corrected or widens σ; see the findings. κ: "
       "one σ of the fault shifts the most affected parameter by κ of the parameter's σ, so an "
-      "undetectable fault of 3 σ by 3 κ σ. If κ is large, add more, and more varied, poses.");
+      "undetectable fault of 3 σ shifts it by 3 κ of its σ. If κ is large, add more, and more "
+      "varied, poses.");
   Table table = Headed("sensor; fault; p; ; κ", "llrlr");
   for (const LeftOutTest& test : quality.left_out_tests) {
     table.Add() << TriadTitle(test.triad) << test.term << Probability(test.p_value)

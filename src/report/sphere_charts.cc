@@ -74,7 +74,8 @@ std::optional<WeakAxis> WeakAxisOf(const Calibration& calibration, Triad triad) 
 }
 
 double SphereMagnification(const std::vector<SpherePoint>& points) {
-  // Errors up to 0.4 radii keep neighbours apart; a factor beyond a million shows rounding.
+  // If errors are drawn with at most 0.4 radii, neighbouring poses stay apart. A factor beyond a
+  // million would show only rounding.
   constexpr double kMost = 0.4, kLargest = 1e6;
   double greatest = 0.0;
   for (const SpherePoint& point : points) {
@@ -134,7 +135,7 @@ struct DiscLayout {
 };
 constexpr DiscLayout kDiscs;
 
-/// The direction of one sensor's reading at a pose; `counts`: the pose was used.
+/// The direction of one sensor's reading at a pose. `counts`: whether the fit used the pose.
 struct PoseDirection {
   Eigen::Vector3d unit;
   bool counts;
@@ -151,8 +152,8 @@ std::vector<PoseDirection> DirectionsOf(const Quality& quality, Triad triad) {
   return directions;
 }
 
-/// All directions. If there are more than kMostPoints, the first used one in each patch of the
-/// sphere, about 3° wide (0.05 rad).
+/// All directions, or, if there are more than kMostPoints, only the first direction of a pose used
+/// in each patch of the sphere. A patch is about 3° (0.05 rad) wide.
 std::vector<PoseDirection> OfPatches(const std::vector<PoseDirection>& directions) {
   if (directions.size() <= kMostPoints) return directions;
   std::set<std::array<int, 3>> seen;

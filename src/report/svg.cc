@@ -116,7 +116,7 @@ void Svg::Polyline(const Points& points, std::string_view style) {
 void Svg::Zigzag(const std::vector<Span>& spans, std::string_view style) {
   const auto halves = [](double value) { return std::lround(2.0 * value); };
   std::string path;
-  long at_x = 0, at_y = 0, level = 0;  // level: horizontal distance not yet written
+  long at_x = 0, at_y = 0, level = 0;  // level: the horizontal distance that is not written yet
   const auto go_level = [&] {
     if (level > 0) path += 'h' + std::to_string(level);
     level = 0;
@@ -220,7 +220,8 @@ std::string TickText(double value, double step) {
   return Significant(value, std::clamp(static_cast<int>(digits) + 1, 1, 9));
 }
 
-/// Multiples of the step within the range, four to ten; fewer if rounding makes neighbours equal.
+/// The multiples of the step within the range: four to ten, or fewer if rounding makes neighbouring
+/// ones equal.
 std::vector<double> Ticks(const Range& range) {
   std::vector<double> ticks;
   const double step = StepOf(range.span());
@@ -311,7 +312,8 @@ void Frame::Draw(const std::string& title, const std::string& x_title, bool has_
 
 void Frame::DrawScales(bool has_x, bool has_y) {
   const double bottom = box_.top + box_.height;
-  // In a low frame numbers would overlap: only every second, third, ... line from zero has one.
+  // In a low frame the numbers of all lines would overlap. Only every second, third, ... line from
+  // zero has one.
   const double step_y = StepOf(y_.span());
   const double apart = step_y / y_.span() * box_.height;
   const auto every = static_cast<std::int64_t>(std::ceil(kLayout.line / apart));
@@ -372,8 +374,8 @@ void Frame::DrawFar(double x, double y, double value, bool is_left) {
 
 namespace {
 
-/// The end of the interval from `begin` in which x keeps its direction. The turning point also
-/// belongs to the next interval.
+/// The end of the interval from `begin` in which x only rises or only falls. The point at which x
+/// turns back also belongs to the next interval.
 std::size_t EndOfStretch(const Points& points, std::size_t begin) {
   double direction = 0.0;
   for (std::size_t i = begin + 1; i < points.size(); ++i) {

@@ -54,7 +54,7 @@ class Svg {
              const Points::value_type& to,
              const std::string& style);
   void Cross(double x, double y, std::string_view style);
-  /// The first word of `style` ("start", "middle", "end") anchors (x, y); classes follow it.
+  /// First word of `style` ("start", "middle", "end") anchors (x, y); the other words are classes.
   void Text(double x, double y, std::string_view text, std::string_view style);
   /// Cells of one colour: that of `style` with the opacity `share`. `corners`: upper left corners,
   /// rounded to whole units. A cell takes about twenty bytes.
@@ -140,7 +140,8 @@ class Frame {
   void DrawLine(const Points& points, std::string_view style);
   /// Fills the area between two lines over the same x.
   void DrawBand(const Points& high, const Points& low);
-  /// Draws points without tooltips; very many are thinned to the extremes of neighbours.
+  /// Draws points without tooltips; of very many points, only the extremes of each group of
+  /// neighbours are drawn.
   void DrawDots(const Points& points, std::string_view style);
   /// Marks a value beyond the scale at the edge; `is_left`: the text stands to the left of (x, y).
   void DrawFar(double x, double y, double value, bool is_left);

@@ -120,7 +120,7 @@ std::string Padded(const std::string& text, std::size_t width, bool right) {
   return right ? blanks + text : text + blanks;
 }
 
-/// Lines of at most `width`; a longer word gets a line of its own.
+/// Breaks a text into lines of at most `width`. A word that is longer gets its own line.
 std::vector<std::string> WrappedLines(std::string_view text, std::size_t width) {
   const std::string words = Shown(std::string(text));
   std::vector<std::string> lines(1);
@@ -158,7 +158,7 @@ Table Headed(std::string_view header, std::string alignment) {
 }
 
 std::size_t DisplayWidth(std::string_view utf8) {
-  // Counts code points; the reports hold no wide or combining characters of their own.
+  // Counts code points: the texts of the reports contain no wide or combining characters.
   return static_cast<std::size_t>(std::count_if(utf8.begin(), utf8.end(), [](char c) {
     return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
   }));

@@ -46,7 +46,7 @@ class BiasSurface {
     }
   }
 
-  /// The side of a padded frame in which the centres of `cells` cells are one cell apart.
+  /// The length of a frame's side, including its padding, in which `cells` cells touch each other.
   static double Reach(int cells) { return (1.0 + 2.0 * kLayout.room) * kLayout.cell * (cells - 1); }
 
   const Range& values() const { return values_; }
@@ -58,7 +58,7 @@ class BiasSurface {
     svg->Rectangle(box.left, box.top, box.width, box.height, "track");
     frame.Draw(title, "°C; up: °C/s");
     // All cells of a shade are one path, since a page has thousands of cells.
-    constexpr int kShades = 20;  // On each side of the middle; more look alike.
+    constexpr int kShades = 20;  // On each side of the middle; more shades could not be told apart.
     std::map<int, Points> shades;
     for (const auto& [column, row, bias] : cells_) {
       const double share = 2.0 * (bias - middle()) / values_.span();
@@ -97,7 +97,7 @@ class BiasSurface {
   std::vector<Cell> cells_;
 };
 
-/// The bias of one axis at a settled temperature according to the temperature terms.
+/// The bias of one axis that the temperature terms give at constant temperature.
 class BiasCurve {
  public:
   BiasCurve(const Calibration& calibration, Triad triad, int axis)
@@ -155,7 +155,7 @@ Drawing SweepFitDrawing(const Calibration& calibration, Triad triad, int axis) {
 }
 
 bool FollowsThePast(const Calibration& calibration, Triad triad, int axis) {
-  constexpr double kLongLag = 0.02;  // Share of the sweep: less than a column of a surface (1/40).
+  constexpr double kLongLag = 0.02;  // Share of the sweep: less than a column (1/40).
   const std::vector<SweepWindow> windows = WindowsOf(calibration, triad);
   const auto& sensor = calibration.sensors[triad];
   if (windows.empty() || !sensor || !sensor->thermal) return false;

@@ -15,8 +15,8 @@
 namespace truetriad {
 namespace {
 
-/// A table of data over temperature has a row for each eighth of the range; a table of the smooth
-/// model has a row for each quarter with both ends (4 + 1).
+/// A table of data has a row for each eighth of the temperature range. A table of the model, which
+/// is smooth, has rows at the ends of each quarter of the range (4 + 1).
 constexpr int kTemperatureRows = 8, kSurfaceRows = 5;
 
 std::string AxisTitle(const SweepAxis& axis) {
@@ -160,7 +160,7 @@ Table DataTable(const Calibration& calibration, Triad triad) {
   return table;
 }
 
-// The upper quartile of the sweep's rates, rounded to one digit.
+// The upper quartile of the sweep's temperature rates, rounded to one digit.
 double ShownRate(const Quality& quality, Triad triad) {
   std::vector<double> rates;
   for (const SweepWindow& window : quality.sweep.windows) {
@@ -173,7 +173,8 @@ double ShownRate(const Quality& quality, Triad triad) {
   return std::round(*place / power) * power;
 }
 
-// Whether a window near `degc` has over half of `rate`, with the same sign.
+// Whether the sweep has a window near `degc` whose rate has the sign of `rate` and more than half
+// its size.
 bool WasReached(const Calibration& calibration, Triad triad, double degc, double rate) {
   if (rate == 0.0) return true;
   const Eigen::Vector2d range = calibration.sensors[triad]->thermal->range_degc;
@@ -185,7 +186,8 @@ bool WasReached(const Calibration& calibration, Triad triad, double degc, double
   });
 }
 
-// Bias by temperature and rate, without axes whose bias also depends on past temperatures.
+// A table of the bias by temperature and rate. It leaves out axes whose bias also depends on past
+// temperatures.
 Table SurfaceTable(const Calibration& calibration, Triad triad) {
   const TriadCalibration& sensor = *calibration.sensors[triad];
   const ThermalTerms& thermal = *sensor.thermal;
@@ -242,13 +244,12 @@ Section SweepSection(const Calibration& calibration) {
   const std::vector<SweepAxis>& axes = quality.sweep.axes;
   Section section{"Temperature sweep", {}};
   if (axes.empty() || !calibration.IsUsable()) return section;
-  section.Add(
-      std::to_string(quality.poses) + " windows of time. Held out: error of each of " +
-      std::to_string(axes.front().folds) +
-      " blocks of time, predicted from the other blocks with lags estimated anew; beside it the "
-      "error of a plain cubic in temperature. Heating - cooling: the mean difference of the "
-      "residuals at equal temperature, first with a polynomial in temperature alone, then with the "
-      "terms below.");
+  section.Add(std::to_string(quality.poses) + " windows of time. Held out: error of each of " +
+              std::to_string(axes.front().folds) +
+              " blocks of time, predicted from the other blocks with lags estimated anew; held "
+              "out, cubic: the same error of a plain cubic in temperature. Heating - cooling: the "
+              "mean difference of the residuals at equal temperature, first with a polynomial in "
+              "temperature alone, then with the terms below.");
   section.Add(ErrorTable(calibration));
   section.Add(TermsTable(quality));
   for (const SweepAxis& axis : axes) {

@@ -40,7 +40,8 @@ class Timeline {
  public:
   Timeline(const PoseSet& poses, const std::vector<RejectedPose>& rejected, bool leads_to_rows)
       : poses_(poses), reasons_(ReasonsOf(rejected)), leads_to_rows_(leads_to_rows) {
-    // Zero is the recording's first reading even if it was left out: `exclude:` counts from it.
+    // Time zero is the recording's first reading, even if that reading was left out: `exclude:`
+    // counts from it.
     start_ns_ = poses.start_ns;
     for (const TimeRange& range : poses.excluded) start_ns_ = std::min(start_ns_, range.start_ns);
     for (const TimeRange& range : poses.excluded) time_.Add(SecondsOf(range.end_ns));
@@ -122,8 +123,8 @@ class Timeline {
     return static_cast<double>(time_ns - start_ns_) * 1e-9;
   }
 
-  /// The range of all readings. If a few slices lie far beyond all others, it is the range of the
-  /// others, and the few are drawn at the edge with their values.
+  /// The range of all readings. If a few slices lie far beyond all others, the range is that of the
+  /// others only. The few slices are drawn at the edge with their values.
   Range RangeOf(const StreamSummary& stream) const {
     // If some slices reach beyond 30 times the range of the others, the others keep only 62/30 = 2
     // units of a panel. At each end up to three slices (three disturbances) may be so far out.
@@ -210,7 +211,8 @@ class Timeline {
     return found == reasons_.end() ? words : words + found->second;
   }
 
-  /// Rests without tooltips are merged if the gap between them is narrower than a line.
+  /// If rests have no tooltips, two rests are merged if the gap between them is narrower than a
+  /// line.
   void DrawRests(const Frame& frame, double top, Svg* svg) const {
     const bool says_each = leads_to_rows_ && HasNumbers(poses_);
     double begin = 0.0, end = -1.0;

@@ -23,7 +23,8 @@
 namespace truetriad {
 namespace {
 
-// The first round subtracts a lag known to 0.05 s; two more subtract offsets that moves then show.
+// The first round subtracts a lag that is known to 0.05 s. Two more rounds subtract the offsets
+// that the moves then show.
 constexpr int kMostClockRounds = 3;
 
 Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& experiment) {
@@ -38,7 +39,7 @@ Result<Calibration> CalibratePoses(const LoadedPoses& loaded, const Experiment& 
   }
   Result<CalibrationSummary> summary = Calibrate(loaded.poses, experiment.options);
   if (!summary) return AtItsKey(experiment, summary.error());
-  // If the choice for `auto` failed, `auto` is kept, so that the next run chooses again.
+  // If no model could be chosen, the key keeps `auto`, so that the next run chooses again.
   summary->calibration.config_yaml = summary->calibration.IsUsable()
                                          ? ResolvedWithChoice(experiment, summary->options)
                                          : experiment.resolved_yaml;
@@ -66,16 +67,17 @@ Result<Attempt> CalibrateAsStated(Experiment experiment,
   return attempt;
 }
 
-// By how much a sensor's times are later than those of the reference (ClockReference), beyond the
-// offset that was subtracted.
+// By how much a sensor's times are still later than those of the reference (ClockReference) after
+// an offset was subtracted.
 struct ClockLeft {
   double later_s = 0.0;
   double sigma_s = 0.0;
 };
 using Clocks = PerTriad<std::optional<ClockLeft>>;
 
-// The clock offsets that a recording of rests and its calibration show. If a lag was `taken_off`,
-// which is known only to 0.05 s, any remaining offset counts; otherwise only a notable one.
+// The clock offsets that a recording of rests and its calibration show. If a lag was subtracted
+// (`taken_off`), which is known only to 0.05 s, any remaining offset counts. Otherwise only a
+// notable offset counts.
 Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Clocks& taken_off) {
   Clocks left;
   for (const Triad triad : kTriads) {
@@ -91,7 +93,8 @@ Clocks ClocksLeft(const PoseSet& poses, const Calibration& calibration, const Cl
 }
 
 // Adds a finding for each subtracted offset, relative to the clock of `reference`. The finding
-// states the effect of the offset, which the findings `earlier` have from before the correction.
+// states the effect that the offset had; it is taken from `earlier`, the findings before the
+// correction.
 void SayClocksCorrected(const Clocks& taken_off,
                         const Findings& earlier,
                         Triad reference,
@@ -113,8 +116,8 @@ void SayClocksCorrected(const Clocks& taken_off,
   }
 }
 
-// Whether each remaining offset of `next` is at most half of that in `left`, and a usable
-// calibration stays usable.
+// Whether each remaining offset of `next` is at most half of that in `left`. If the calibration of
+// `attempt` is usable, that of `next` must be usable as well.
 bool IsNearer(const Attempt& next, const Clocks& left, const Attempt& attempt) {
   if (attempt.calibration.IsUsable() && !next.calibration.IsUsable()) return false;
   const auto left_now = ClocksLeft(next.loaded.poses, next.calibration, {});
@@ -164,7 +167,7 @@ Result<Attempt> CalibrateWithClocks(const Experiment& stated,
   return attempt;
 }
 
-// Whether no key of the experiment states the kind of poses, and none applies to rests only.
+// Whether no key of the experiment states the kind of poses, and no key applies only to rests.
 bool LeavesPosesOpen(const Experiment& experiment) {
   const PosesConfig& poses = experiment.poses;
   return !poses.given && poses.known_motions == KnownMotionsConfig() &&
@@ -201,7 +204,7 @@ struct Way {
 
 // Whether the unit was tumbled: it moves half of the time or more and has fewer rests than faces.
 bool LooksTumbled(const PoseSet& poses) {
-  constexpr std::size_t kFaces = 6;  // Of a cube.
+  constexpr std::size_t kFaces = 6;  // Number of faces of a cube.
   return poses.poses.size() < kFaces && poses.static_share <= 0.5;
 }
 
@@ -228,14 +231,14 @@ std::vector<Way> WaysFor(const Experiment& experiment, const LoadedPoses& loaded
   return ways;
 }
 
-// The finding for which a calibration is unusable or poorly known, or null.
+// The finding that makes a calibration unusable or poorly known; null if there is none.
 const Finding* WhatIsLacking(const Calibration& calibration) {
   const Finding* const refusal = FirstRefusal(calibration.findings);
   return refusal != nullptr ? refusal : Find(calibration.findings, FindingCode::kPoorlyKnown);
 }
 
-// Whether the rests are too few, or too similar, for what is asked for. Other refusals would remain
-// if the recording were interpreted in another way.
+// Whether the refusal is due to too few or too similar rests. Refusals for other reasons would
+// remain if the recording were interpreted in another way.
 bool LacksRests(const Findings& findings) {
   constexpr std::array kCodes = {FindingCode::kNoRest,
                                  FindingCode::kTurnsUnexplained,
@@ -248,8 +251,8 @@ bool LacksRests(const Findings& findings) {
   return why != nullptr && std::ranges::find(kCodes, why->code) != kCodes.end();
 }
 
-// If the kind of poses is not stated, calibrates in the likeliest way. If that way does not
-// determine what is asked for, tries the other ways and takes the first that does.
+// If the kind of poses is not stated, calibrates in the likeliest way. If this does not determine
+// the wanted parameters, tries the other ways and takes the first that does.
 Result<Attempt> CalibrateByEvidence(const Experiment& stated,
                                     std::optional<LoadedPoses> first,
                                     const ProgressCallback& progress,
@@ -320,7 +323,8 @@ Result<Calibration> CalibrateExperiment(Experiment stated,
   calibration.created = TimestampUtc();
   calibration.inputs = std::move(loaded.inputs);
   CheckField(experiment, &calibration);
-  // Refusals of calibrated sensors are in the calibration already; others do not concern it.
+  // The calibration already contains the refusals of calibrated sensors. Refusals of other sensors
+  // do not concern it.
   std::copy_if(loaded.poses.findings.begin(),
                loaded.poses.findings.end(),
                std::back_inserter(calibration.findings),

@@ -93,7 +93,7 @@ Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
   PerTriad<bool> seen = SeenIn(look.loaded.poses);
   for (const std::string& input : std::span(inputs).subspan(1)) {
     const auto source = opener ? opener(input, {}) : OpenRecording(input);
-    if (!source) continue;  // Reading it later reports why.
+    if (!source) continue;  // A later attempt to read it reports the reason.
     for (const StreamInfo& stream : (*source)->info().streams) seen[stream.triad] = true;
   }
   TRUETRIAD_ASSIGN_OR_RETURN(look.experiment_yaml,

@@ -68,7 +68,8 @@ Status SelectKnownMotions(const KnownMotionsConfig& config, PoseSelection* selec
 }
 
 /// How the poses of a recording are found if the experiment does not state it: as the manifest or a
-/// pose column states, else by detection. `input` is empty if the recording is not a file.
+/// pose column states; without either, by detection. `input` is empty if the recording is not a
+/// file.
 Result<PoseSelection> StatedSelection(const std::string& input, const RecordingInfo& info) {
   if (!input.empty()) {
     TRUETRIAD_ASSIGN_OR_RETURN(std::optional<PoseSelection> stated, ManifestPoseSelection(input));
@@ -81,7 +82,7 @@ Result<PoseSelection> StatedSelection(const std::string& input, const RecordingI
   return selection;
 }
 
-/// Describes the streams of a recording without any pose.
+/// Returns the description of a recording's streams, without poses.
 Result<PoseSet> DescribeStreams(const Opener& open, TimeStamps time_stamps) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<SampleSource> source, open());
   PoseSelection everything;
@@ -128,12 +129,11 @@ Status SelectExcluded(const std::string& input,
   if (!has_time) {
     return ErrorIn(ErrorCode::kMissingTime,
                    config.exclude.front().stated_in,
-                   input + " has no times; use `exclude_poses:`");
+                   input + " has no times, which `exclude:` counts; use `exclude_poses:`");
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::int64_t first_ns, FirstTime(open));
   const auto after_first_ns = [first_ns](double seconds) {
-    // Half the range of int64, so that the sum cannot overflow: later than the end of any
-    // recording.
+    // Half the range of int64, so that the sum cannot overflow, yet after the end of any recording.
     constexpr double kLongestNs = 4.6e18;
     return first_ns + std::llround(std::min(1e9 * seconds, kLongestNs));
   };
@@ -144,13 +144,13 @@ Status SelectExcluded(const std::string& input,
   return {};
 }
 
-/// A digest of one sensor's readings in their order, however they are split into blocks. Times are
-/// left out, since a rewritten log may count its times from another zero.
+/// A digest of one sensor's readings in their order. It does not depend on how they are split into
+/// blocks. Times are left out, since a rewritten log may count its times from another zero.
 class ReadingsDigest {
  public:
   void Add(std::span<const double> x, std::span<const double> y, std::span<const double> z) {
-    // The constants keep a reading of zero from making a product zero. A sum of products takes 1 ns
-    // per reading, since the products do not wait for each other; those of a chain would.
+    // The constants keep a reading of zero from making a product zero. A sum of products takes only
+    // 1 ns per reading, since no product has to wait for another one, as in a chain.
     constexpr std::uint64_t kPlace = 0x9E3779B97F4A7C15, kX = 0xA0761D6478BD642F,
                             kY = 0xE7037ED1A0B428DB, kZ = 0x8EBC6AF09C88C6E3;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -188,7 +188,7 @@ std::vector<SensorReadings> TextsOf(const PerTriad<ReadingsDigest>& digests) {
   return readings;
 }
 
-/// A source that also digests its readings: of each sensor, at most the first `most`.
+/// A source that also computes a digest of the first `most` readings of each sensor.
 class DigestedSource : public SampleSource {
  public:
   explicit DigestedSource(std::unique_ptr<SampleSource> source,
@@ -268,7 +268,7 @@ Result<LoadedPoses> LoadRecording(const std::string& input,
   TRUETRIAD_RETURN_IF_ERROR(poses);
   loaded.poses = *std::move(poses);
   if (!config.given && selection.kind == PoseSelectionKind::kEveryRow) {
-    // A converter's manifest may state that every row is a pose although the file is a log.
+    // The manifest of a converter may state that every row is a pose, even if the file is a log.
     TRUETRIAD_RETURN_IF_ERROR(RejectRowsOfALog(loaded.poses));
   }
   if (auto finding = IgnoredColumns(source->info().ignored_columns)) {
@@ -367,7 +367,8 @@ Status CheckCountSizes(const LoadedPoses& first, const LoadedPoses& more) {
   return {};
 }
 
-// The number of poses of `one` whose means equal those of a pose of `other`: the same readings.
+// The number of poses of `one` whose means equal those of a pose of `other`, so that they are the
+// same readings.
 int SharedPoses(const PoseSet& one, const PoseSet& other) {
   // Chosen: means of fewer quantised readings can be equal by chance.
   constexpr int kFewestSamples = 10;
@@ -407,9 +408,9 @@ Status CheckAreDifferent(const std::vector<PoseSet>& sessions,
   return {};
 }
 
-// Whether `read` is what reading `input` with `config` would give.
+// Whether `read` is the same as the result of reading `input` with `config`.
 bool IsAskedFor(const LoadedPoses& read, const std::string& input, PosesConfig config) {
-  // Without a gyroscope there are no readings between the poses to keep.
+  // Without a gyroscope, no readings between the poses are kept, whatever `moves` is.
   if (read.poses.Find(Triad::kGyroscope) == nullptr) config.moves = read.config.moves;
   return read.input == input && read.config == config;
 }
@@ -420,7 +421,7 @@ Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress,
                               const RecordingOpener& opener) {
-  // A pose table is already averaged: detection and every row both read it as it is.
+  // Rows of a pose table are already means, so detection and `every_row` read them in the same way.
   Result<bool> is_table = false;
   if (!opener &&
       (config.kind == PoseSelectionKind::kDetect || config.kind == PoseSelectionKind::kEveryRow)) {
@@ -498,7 +499,8 @@ std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
 
 bool IsMadeFrom(const Calibration& calibration, const std::vector<InputFile>& inputs) {
   const auto is_same = [](const InputFile& a, const InputFile& b) {
-    // A manifest has no samples and may describe other files of the same names.
+    // A manifest itself has no samples, and an equal manifest may describe other files of the same
+    // names.
     return a.samples > 0 && a.sha256 == b.sha256;
   };
   return std::find_first_of(calibration.inputs.begin(),

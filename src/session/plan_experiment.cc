@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-/// The streams of the nominal unit, before any pose is taken.
+/// The streams of the nominal unit, without any pose.
 LoadedPoses NothingMeasured(const Experiment& experiment) {
   LoadedPoses loaded;
   loaded.poses.source = experiment.path;
@@ -25,7 +25,7 @@ LoadedPoses NothingMeasured(const Experiment& experiment) {
   return loaded;
 }
 
-/// The recording that the plan completes; empty: none.
+/// The recording whose poses the plan is to complete; empty if there is none.
 Result<std::string> MeasuredFor(const Experiment& experiment, const std::string& stated) {
   if (!stated.empty() || !experiment.plan->from_recording) return stated;
   const std::size_t count = experiment.inputs.size();

@@ -124,7 +124,7 @@ Result<AllanNoise> ReadAllanNoise(const std::string& file, Triad triad, const Po
                      "rest, or state " +
                      SensorLine(name, "noise: { sigma: [x, y, z] }"));
   }
-  // Both scales are 1 for counts.
+  // For counts, both factors are 1.
   const double scale = found->unit.truth_per_raw / unit.truth_per_raw;
   AllanNoise noise;
   for (int axis = 0; axis < 3; ++axis) {
@@ -160,7 +160,8 @@ Status SettleSweep(const LoadedPoses& loaded, Experiment* experiment) {
   const Knowledge& gravity = options.reference.gravity_mps2;
   const double stated_mps2 = gravity.value.value_or(kStandardGravityMps2);
   const double off = stated_mps2 - known.reference.gravity_mps2;
-  // Standard gravity counts as not stated. Gravity of another place differs by up to 0.05 m/s^2.
+  // Standard gravity counts as not stated. The values of two places on Earth differ by up to 0.05
+  // m/s^2.
   constexpr double kNotable = 1e-3;
   if (stated_mps2 != kStandardGravityMps2 && std::abs(off) > kNotable) {
     return Error(ErrorCode::kDoesNotMatch,
@@ -213,8 +214,8 @@ Status ExcludePoses(PoseSet* poses, Experiment* experiment) {
   return {};
 }
 
-/// Fixes matrices whose value depends on the recording: in a sweep all matrices, otherwise those
-/// that the experiment names or that its models do not estimate.
+/// Fixes matrices whose value depends on the recording. In a sweep, these are all matrices;
+/// otherwise, those that the experiment names or that its models do not estimate.
 Status HoldMatrices(const LoadedPoses& loaded, bool is_sweep, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     TriadOptions& options = experiment->options.triads[triad];

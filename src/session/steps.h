@@ -22,8 +22,8 @@ Result<LoadedPoses> LoadSessions(const Experiment& experiment,
 /// Fills in what the experiment takes from files and from the recording: fixed matrices, noise from
 /// an Allan deviation, the start of a sweep, and, unless the poses are yet to be taken
 /// (LoadedPoses::input is empty), attitudes and forces of the poses. Error (bad input): files
-/// contradict the experiment or the recording, or the recording is of another device. If there are
-/// too few data, only the serial number is checked.
+/// contradict the experiment or the recording, or the recording is of another device. If the
+/// recording has too few data to be calibrated, only the serial number is checked.
 Status SettleWithRecording(LoadedPoses* loaded, Experiment* experiment);
 
 }  // namespace truetriad

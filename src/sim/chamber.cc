@@ -66,7 +66,7 @@ TemperatureState LaggedTemperature::At(double time_s) {
     const double begin_s = stretches_[current_ + 1].begin_s;
     const double arrived_degc = InStretch(begin_s).degc;
     ++current_;
-    // Without a lag there is no transient: the difference would be rounding.
+    // Without a lag there is no transient: the difference below would be only rounding.
     transient_degc_ =
         lag_s_ > 0.0 ? arrived_degc - Settled(stretches_[current_], begin_s).degc : 0.0;
   }

@@ -47,8 +47,9 @@ class Chamber {
   double end_s_ = 0.0;
 };
 
-/// A temperature that follows the chamber's with a first-order lag, lag dT/dt = T_chamber - T, by
-/// the closed form of each stretch; settled at the start. Times must not decrease between calls.
+/// A temperature that follows the chamber's with a first-order lag, lag dT/dt = T_chamber - T, from
+/// the closed-form solution in each stretch. It starts without a transient. Times must not decrease
+/// between calls.
 class LaggedTemperature {
  public:
   LaggedTemperature(const Chamber& chamber, double lag_s);

@@ -60,8 +60,9 @@ SampleClock::SampleClock(const Scenario& scenario,
           [](const MotionStep& step) { return std::holds_alternative<TumbleStep>(step); })),
       turns_{timeline.turns},
       rates_{timeline.rates} {
-  // A turn ends with readings at rest, the first of which may average over part of the turn;
-  // likewise, the first reading of a held rate may average over part of the ramp.
+  // The rows of a turn must begin and end with readings at rest, but the first reading after the
+  // turn may average over part of it. Likewise, the first reading of a held rate may average over
+  // part of the ramp.
   for (auto& turn : turns_.motions) {
     turn.start_s -= longest_interval_s_;
     turn.end_s += 2.0 * longest_interval_s_;
@@ -91,7 +92,8 @@ SampleClock::SampleClock(const Scenario& scenario,
   }
 }
 
-/// True times are whole nanoseconds, so that intervals in a file are exactly those simulated.
+/// The true time of a row is rounded to whole nanoseconds, so that the intervals in a file are
+/// exactly those simulated.
 std::int64_t SampleClock::RowTime(std::int64_t index) const {
   return std::llround(static_cast<double>(index) * 1e9 / rate_hz_);
 }
@@ -195,7 +197,7 @@ void SampleClock::Generate(std::vector<SampleBlock>* blocks) {
     const double ambient_degc = temperature_.ambient_logged ? ReadAmbient(time_s) : 0.0;
     std::int64_t reported_ns = now_ns_ + offset_ns_;
     if (jitter_ns_ > 0.0) {
-      // However large the jitter, the times of a log increase.
+      // Times in a log increase, however large the jitter is.
       reported_ns += std::llround(jitter_ns_ * jitter_random_.Normal());
       reported_ns = std::max(reported_ns, last_reported_ns_ + 1);
       last_reported_ns_ = reported_ns;

@@ -41,12 +41,12 @@ class SampleClock {
   /// Unset if the triad is not in this file.
   std::optional<StreamCounts> counts(Triad triad) const;
 
-  /// Simulation::rest_rows(), so far.
+  /// The rest rows found so far, as in Simulation::rest_rows().
   const std::vector<PoseRange>& rest_rows() const { return rest_rows_; }
-  /// Simulation::turns() and rates(), so far.
+  /// The turns and rates found so far, as in Simulation::turns() and rates().
   std::vector<StatedTurn> turns() const { return turns_.Stated(); }
   std::vector<StatedRate> rates() const { return rates_.Stated(); }
-  /// Simulation::mean_wander(), so far; unset if the triad is not in this file.
+  /// Simulation::mean_wander() of the samples so far; unset if the triad is not in this file.
   std::optional<Eigen::Vector3d> mean_wander(Triad triad) const;
 
  private:
@@ -84,7 +84,7 @@ class SampleClock {
     double dropout;
     FastRandom dropout_random;
     std::vector<TimeSpan> stuck = {};
-    /// State at the previous sample: for the mean rate, and for a triad that is stuck.
+    /// The state at the previous sample, which a mean rate and a stuck triad need.
     Eigen::Quaterniond last_world_from_body;
     std::int64_t last_ns;
     std::optional<Eigen::Vector3d> last_reading = {};
@@ -96,7 +96,8 @@ class SampleClock {
     std::vector<std::int64_t> row = {};
   };
 
-  /// Finds the rows of motions, which follow each other in time.
+  /// Finds the rows in which each motion (a turn or a rate) lies. The motions follow each other in
+  /// time.
   template <typename Motion>
   struct MotionRows {
     std::vector<TimelineMotion<Motion>> motions;
@@ -125,7 +126,7 @@ class SampleClock {
   /// What a thermometer reports at the temperature `degc`.
   double Shown(double degc, double noise_degc, double resolution_degc, FastRandom* random) const;
   Eigen::Vector3d Truth(Channel* channel) const;
-  /// Takes a sample. False: it is dropped, and the row lacks it.
+  /// Takes a sample. Returns false if the sample is dropped, so that the row lacks it.
   bool Sample(Channel* channel, const TemperatureState& temperature);
   /// If the row that is being written is in a rest, adds the row to that rest.
   void NoteRest(double time_s);
@@ -155,7 +156,8 @@ class SampleClock {
 
   const std::vector<TrueRest>& rests_;
   double longest_interval_s_;
-  std::size_t rest_ = 0;  ///< Index of the rest that the next row is in, else of the next rest.
+  std::size_t rest_ = 0;  ///< Index of the rest that the next row is in or, between rests, of the
+                          ///< next rest.
   bool rest_began_ = false;
   std::vector<PoseRange> rest_rows_;
   bool tumbles_;

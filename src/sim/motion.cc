@@ -11,8 +11,8 @@ Eigen::Quaterniond Rotation(double angle_rad, const Eigen::Vector3d& axis) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle_rad, axis));
 }
 
-/// Time that runs from 0 with a rate that rises to 1 within `ramp_s` as 6 u^5 - 15 u^4 + 10 u^3,
-/// and falls to 0 likewise before `duration_s`.
+/// A warped time that starts at 0. Its rate rises from 0 to 1 within `ramp_s` as 6 u^5 - 15 u^4 +
+/// 10 u^3, and falls to 0 in the same way at the end of `duration_s`.
 Motion1d RampedTime(double time_s, double duration_s, double ramp_s) {
   const double to_end_s = duration_s - time_s;
   if (time_s >= ramp_s && to_end_s >= ramp_s) return {time_s - 0.5 * ramp_s, 1.0, 0.0};

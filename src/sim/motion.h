@@ -19,7 +19,8 @@ struct Kinematics {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
   Eigen::Vector3d rate_radps = Eigen::Vector3d::Zero();                   ///< Body frame.
   Eigen::Vector3d angular_acceleration_radps2 = Eigen::Vector3d::Zero();  ///< Body frame.
-  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< Of the centre, world frame.
+  Eigen::Vector3d acceleration_mps2 = Eigen::Vector3d::Zero();  ///< Acceleration of the centre,
+                                                                ///< world frame.
 };
 
 /// A function of time with its first two derivatives.
@@ -44,7 +45,7 @@ struct MotionPhase {
     double angle_rad = 0.0;
     Eigen::Vector3d travel_m = Eigen::Vector3d::Zero();
   };
-  /// Rotation that reaches `rate_radps` within `ramp_s`, and ends likewise.
+  /// A rotation that reaches `rate_radps` within `ramp_s`, and stops in the same way.
   struct Spin {
     double rate_radps = 0.0;
     double ramp_s = 1.0;
@@ -54,15 +55,15 @@ struct MotionPhase {
     double tilt_rad = 0.0;
     double decay_s = 1.0;
   };
-  /// Angle k: amplitude_k (sin(omega_k w + phase_k) - sin(phase_k)), k = a, b, c; w is a warped
-  /// time, whose rate is zero at start and end.
+  /// Angle k: amplitude_k (sin(omega_k w + phase_k) - sin(phase_k)), k = a, b, c; w is the time,
+  /// slowed so that dw/dt is zero at start and end.
   struct Tumbling {
     Eigen::Vector3d amplitude_rad = Eigen::Vector3d::Zero();
     Eigen::Vector3d omega_radps = Eigen::Vector3d::Zero();
     Eigen::Vector3d phase_rad = Eigen::Vector3d::Zero();
     double ramp_s = 1.0;
-    /// The hand's own acceleration, world frame, while turning at full speed: on each axis a sum of
-    /// sines of one amplitude, with so many frequencies and phases that it does not repeat.
+    /// Acceleration that the hand adds while it turns the unit at full speed, in the world frame.
+    /// On each axis it is a sum of this many sines of equal amplitude, so that it does not repeat.
     static constexpr std::size_t kHandTerms = 32;
     double hand_amplitude_mps2 = 0.0;
     std::array<Eigen::Vector3d, kHandTerms> hand_omega_radps{}, hand_phase_rad{};
@@ -83,13 +84,13 @@ struct MotionPhase {
 /// Attitude over time: phases that follow each other from time 0 on; at rest before and after.
 class Motion {
  public:
-  /// `phases`: at least one, each beginning where the one before ends.
+  /// `phases`: at least one phase. Each phase begins where the previous phase ends.
   explicit Motion(std::vector<MotionPhase> phases) : phases_(std::move(phases)) {}
 
   double duration_s() const { return phases_.back().end_s(); }
 
-  /// The phase that holds at `time_s`, sought from phase `from` on; if two phases meet there, the
-  /// later one.
+  /// The index of the phase at `time_s`; the search begins at phase `from`. If two phases meet at
+  /// this time, it is the later phase.
   std::size_t PhaseAt(double time_s, std::size_t from = 0) const;
   const MotionPhase& phase(std::size_t index) const { return phases_[index]; }
 

@@ -25,7 +25,7 @@ std::string RangeText(const Eigen::Vector2d& range) {
 /// Collects the mistakes in a scenario. All checks fail for NaN.
 class Problems {
  public:
-  /// Sets the key that the following mistakes are about.
+  /// Sets the key of the scenario to which the next mistakes belong.
   void About(const std::string& key) { key_ = key; }
   void Require(bool right, const std::string& what) {
     if (!right) errors_.push_back(Error(ErrorCode::kInvalidValue, what).About(key_));
@@ -81,7 +81,8 @@ void CheckNoise(const SensorNoise& noise, const std::string& name, Problems* pro
 }
 
 void CheckSampling(const SensorSampling& sampling, const std::string& name, Problems* problems) {
-  // Stamps are whole nanoseconds: a thousand of them between samples keep intervals to 0.1 %.
+  // Stamps are whole nanoseconds: with at least a thousand of them between samples, rounding
+  // changes an interval by at most 0.1 %.
   constexpr double kFastestHz = 1e6;
   problems->Require(
       sampling.rate_hz > 0.0 && sampling.rate_hz <= kFastestHz,
@@ -95,7 +96,7 @@ void CheckSampling(const SensorSampling& sampling, const std::string& name, Prob
                     name + " dropout is " + Number(sampling.dropout) +
                         "; it must be a probability, at least 0 and below 1");
   constexpr double kFurthestClockS =
-      1e6;  // Twelve days; more is a mistake, since a clock that was never set starts at zero.
+      1e6;  // Twelve days. A larger offset is a mistake: a clock that was never set starts at zero.
   problems->Require(std::abs(sampling.clock_offset_s) <= kFurthestClockS,
                     name + " clock offset is " + Number(sampling.clock_offset_s) +
                         " s; expected at most 1e6 s in either direction");
@@ -177,7 +178,7 @@ void CheckSeesWorld(Triad triad,
                         Number(reach.minCoeff()) + " from the bias, so no signal would be visible");
 }
 
-/// The ranges are wide: they find wrong units of measure, which are off by powers of ten.
+/// The ranges are wide: they serve to find wrong units of measure, off by powers of ten.
 void CheckWorld(const SimulatedWorld& world, Problems* problems) {
   problems->About("world.gravity_mps2");
   problems->Require(
@@ -197,7 +198,7 @@ void CheckWorld(const SimulatedWorld& world, Problems* problems) {
                    "latitude and declination");
 }
 
-/// Rate, Hz, of a gyroscope that reports the mean rate since its last sample; unset: there is none.
+/// The sampling rate, Hz, of a gyroscope that reports mean rates between samples; unset: none does.
 std::optional<double> MeanRateHz(const Scenario& scenario) {
   const auto& gyroscope = scenario.sensors[Triad::kGyroscope];
   if (!gyroscope || gyroscope->gyroscope_output != GyroscopeOutput::kMeanRate) return std::nullopt;
@@ -227,7 +228,7 @@ struct CheckStep {
     problems->NotNegative(step.tilt_sigma_rad, name + " tilt sigma");
     problems->NotNegative(step.travel_m, name + " travel");
     for (std::size_t k = 0; k < step.poses.size(); ++k) {
-      // Quaternions written by hand have four digits.
+      // Quaternions written by hand may have only four digits.
       constexpr double kFarFromUnit = 1e-3;
       problems->Require(std::abs(step.poses[k].world_from_body.norm() - 1.0) < kFarFromUnit,
                         name + " pose " + std::to_string(k + 1) + " is not a unit quaternion");
@@ -268,7 +269,8 @@ struct CheckStep {
     problems->Require(axis.norm() > 0.0 && axis.allFinite(), name + " has an axis of zero length");
   }
 
-  /// A mean rate follows from two attitudes: more than half a turn looks like the opposite turn.
+  /// A mean rate is computed from two attitudes. A turn of over 180° between them looks like a turn
+  /// in the other direction.
   void CheckFastest(double rate_radps) const {
     if (!mean_rate_hz || !(*mean_rate_hz > 0.0)) return;
     const double turn_rad = std::abs(rate_radps) / *mean_rate_hz;
@@ -308,8 +310,8 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
   }
   const bool has_profile = !temperature.profile.empty();
   problems->Require(!has_profile || temperature.soak_degc.empty(),
-                    "a temperature profile and soak temperatures exclude each other; to remove the "
-                    "base scenario's, write `profile: []` or `soak_degc: []`");
+                    "a temperature profile and soak temperatures exclude each other; to remove "
+                    "those of the base scenario, write `profile: []` or `soak_degc: []`");
   for (std::size_t k = 0; k < scenario.motion.size(); ++k) {
     const auto* const poses = std::get_if<PosesStep>(&scenario.motion[k]);
     const bool asks_for_temperature =
@@ -323,10 +325,11 @@ void CheckTemperature(const Scenario& scenario, Problems* problems) {
                       name +
                           " has poses with their own temperatures, which excludes a temperature "
                           "profile; remove one of the two");
-    problems->Require(temperature.soak_degc.empty(),
-                      name +
-                          " has poses with their own temperatures, which excludes `soak_degc`; "
-                          "remove this key, or write `soak_degc: []` to override the base's");
+    problems->Require(
+        temperature.soak_degc.empty(),
+        name +
+            " has poses with their own temperatures, which excludes `soak_degc`; remove this key, "
+            "or write `soak_degc: []` to override that of the base scenario");
   }
   problems->About("temperature");
   for (const double degc : temperature.soak_degc) {
@@ -400,7 +403,7 @@ DisturbanceTime TimeOf(const Disturbance& disturbance) {
       disturbance);
 }
 
-/// Limits the number of rests before memory is allocated for each of them.
+/// Checks that the number of rests is not too large, before memory is allocated for each rest.
 void CheckRests(const Scenario& scenario, Problems* problems) {
   struct Count {
     std::size_t operator()(const PosesStep& step) const { return step.poses.size(); }
@@ -423,7 +426,7 @@ void CheckRests(const Scenario& scenario, Problems* problems) {
 
 /// A sensor measures nothing at a temperature at which a gain is zero.
 void CheckGains(const Scenario& scenario, const Eigen::Vector2d& range_degc, Problems* problems) {
-  constexpr int kGainSteps = 64;  // Far more than the two turning points of a cubic.
+  constexpr int kGainSteps = 64;  // Many steps, as a cubic has up to two turning points.
   for (const Triad triad : kTriads) {
     if (!scenario.sensors[triad] || !scenario.sensors[triad]->thermal) continue;
     const SimulatedTriad& sensor = *scenario.sensors[triad];
@@ -500,7 +503,7 @@ std::vector<Error> Scenario::Mistakes() const {
     if (!sensors[triad]) continue;
     problems.About(SensorKey(triad));
     CheckTriad(triad, *sensors[triad], &problems);
-    // A sensor that does not fit the world may be right if the world is wrong.
+    // If the world is wrong, a sensor that does not fit it may be right.
     if (is_world_right) CheckSeesWorld(triad, *sensors[triad], world, &problems);
   }
   double slowest_hz = std::numeric_limits<double>::infinity();

@@ -74,7 +74,7 @@ Eigen::Vector3d SimulatedSensor::Read(const Eigen::Vector3d& truth,
 }
 
 int ReadingDecimals(double resolution, double noise_sigma) {
-  // Decimals of the smallest steps that anybody logs: picotesla, in tesla.
+  // The smallest steps that logs contain, picotesla in tesla, have twelve decimals.
   constexpr int kMost = 12;
   if (resolution <= 0.0 && noise_sigma <= 0.0) return RecordingFormat::kShortest;
   // Rounding to a twentieth of a step or σ adds 1/12/400 to the variance: 0.02 %.

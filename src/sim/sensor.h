@@ -30,7 +30,8 @@ class NoiseProcess {
     }
     return noise;
   }
-  /// The part of the last sample's noise that is not white: what it adds to the model's bias.
+  /// The part of the last sample's noise that is not white; it acts like an addition to the model's
+  /// bias.
   const Eigen::Vector3d& wander() const { return wander_; }
 
  private:
@@ -75,10 +76,10 @@ class SimulatedSensor {
   int decimals_;
 };
 
-/// Decimals with which readings are written: those of the resolution, if it is a short decimal
-/// number; else so many that one unit of the last decimal is at most a twentieth of the resolution
-/// or of a sample's σ (which adds less than 0.03 % to the variance). Without resolution and noise:
-/// RecordingFormat::kShortest.
+/// The number of decimals with which readings are written. If the resolution is a short decimal
+/// number, it is that number's. Otherwise one unit of the last decimal is at most a twentieth of
+/// the resolution or of a sample's σ, which adds less than 0.03 % to the variance. Without
+/// resolution and noise: RecordingFormat::kShortest.
 int ReadingDecimals(double resolution, double noise_sigma);
 int ReadingDecimals(const SimulatedTriad& triad);
 

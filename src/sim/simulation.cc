@@ -123,7 +123,8 @@ class OneUnit : public Simulation {
 
   Result<bool> Next(std::vector<SampleBlock>* blocks) override {
     blocks->clear();
-    // The clock that lags most comes next, so that streams stay within one block of each other.
+    // The clock with the earliest time comes next, so that the times of the streams differ by at
+    // most one block.
     SampleClock* const next = Slowest();
     if (next == nullptr) return false;
     next->Generate(blocks);
@@ -173,7 +174,7 @@ class OneUnit : public Simulation {
         if (clock.counts(triad)) return clock;
       }
     }
-    return clocks_.front();  // A valid scenario has a sensor.
+    return clocks_.front();  // A valid scenario has at least one sensor.
   }
 
   SampleClock* Slowest() {

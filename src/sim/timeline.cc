@@ -117,8 +117,9 @@ class TimelineBuilder {
   }
 
   void Add(const TumbleStep& step, double /*chamber_degc*/) {
-    // Three angles with frequencies in no simple ratio, so that no attitude recurs; each has a
-    // third of the mean square rate, and the slowest swings by half a turn each way.
+    // The frequencies of the three angles are in no simple ratio, so that no attitude recurs. Each
+    // angle has a third of the mean square rate, and the slowest one swings by half a turn each
+    // way.
     const Eigen::Vector3d ratios(1.0, std::numbers::sqrt2, std::numbers::phi);
     const double amplitude_of_slowest_rad = std::numbers::pi;
     const double peak_radps = step.rms_rate_radps * std::sqrt(2.0 / 3.0);
@@ -150,7 +151,8 @@ class TimelineBuilder {
     intended_ = attitude_;
   }
 
-  /// The attitude in which a pose is taken: with a random tilt, plus that of an unsettled rest.
+  /// The attitude of the unit in a pose: the intended one with a random tilt, plus the tilt of a
+  /// rest that still settles.
   Eigen::Quaterniond Taken(const Eigen::Quaterniond& intended, double tilt_sigma_rad) {
     Eigen::Quaterniond taken = intended.normalized() * Exp(tilt_sigma_rad * tilt_.Normal3());
     if (const UnsettledPose* unsettled = ComingUnsettled())
@@ -218,7 +220,7 @@ class TimelineBuilder {
   std::vector<TrueRest> rests_;
   std::vector<TimelineMotion<StatedTurn>> turns_;
   std::vector<TimelineMotion<StatedRate>> rates_;
-  bool placed_ = false;  ///< The unit has been set down somewhere.
+  bool placed_ = false;  ///< The unit is already in a pose.
   Eigen::Quaterniond attitude_ = Eigen::Quaterniond::Identity();
   Eigen::Quaterniond intended_ = Eigen::Quaterniond::Identity();
   double end_s_ = 0.0;

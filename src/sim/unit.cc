@@ -9,7 +9,8 @@
 namespace truetriad {
 namespace {
 
-/// Every number is drawn, even if its spread is zero: other numbers do not depend on spreads.
+/// Every random number is drawn even if its spread is zero, so that the other numbers do not depend
+/// on the spreads.
 TrueTriad DrawTriad(const SimulatedTriad& nominal, FastRandom random) {
   const UnitSpread& spread = nominal.spread;
   const Eigen::Vector3d gain = nominal.nominal.sensitivity.diagonal();

@@ -69,8 +69,8 @@ SolveOutcome SolveByCeres(double tolerance,
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
   options.max_num_iterations = max_iterations;
-  // Ceres does not take a step that lowers the cost by less than the tolerance, so that an error of
-  // that size remains.
+  // If a step would lower the cost by less than the tolerance, Ceres does not take it, so that an
+  // error of this size remains. The tolerance is therefore smaller than the wanted one.
   options.function_tolerance = 0.01 * tolerance;
   options.parameter_tolerance = 1e-13;
   options.gradient_tolerance = 0.0;

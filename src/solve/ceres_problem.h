@@ -12,9 +12,10 @@
 
 namespace truetriad {
 
-// The whole problem as an ordinary ceres::Problem: a residual block for every row, whitened; the
-// shared parameters in their blocks, each on its free subspace; every attitude on its own manifold.
-// Tests compare the elimination with this problem, and extensions add rows to it.
+// The whole problem as an ordinary ceres::Problem, without elimination. Every row is a whitened
+// residual block, each block of shared parameters is restricted to its free subspace, and every
+// attitude has its own manifold. Tests compare the elimination with this problem, and extensions
+// add rows to it.
 //
 // Its parameters are `shared` and the states of `problem`, which must outlive it.
 std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);

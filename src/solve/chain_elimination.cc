@@ -14,8 +14,8 @@ namespace {
 
 // States per panel: its 192 rows fit the cache while they are squared (80 kB at 50 columns).
 constexpr std::size_t kPanelStates = 64;
-// If a residual is below this share of the signal, its curvature is below 30 % of Gauss-Newton's
-// and is neglected.
+// If a residual is below this share of the signal, the curvature that it causes is below 30 % of
+// that of Gauss-Newton and is neglected.
 constexpr double kBends = 0.3;
 
 bool AreSame(const std::vector<SharedBlock>& a, const std::vector<SharedBlock>& b) {
@@ -34,7 +34,7 @@ Eigen::Matrix3d Root(const ChainRow& row) {
 
 }  // namespace
 
-// Collects rows of one pattern until there are enough to square them at once.
+// Collects rows of one pattern (Pattern), until enough are collected to square them together.
 class ChainElimination::SquaredRows {
  public:
   explicit SquaredRows(Eigen::Index columns)
@@ -47,7 +47,7 @@ class ChainElimination::SquaredRows {
     used_ += 3;
     if (used_ == rows_.rows()) Flush();
   }
-  // Sum of the outer products of the rows, lower triangle; the last index is the residual's.
+  // Sum of the outer products of the rows, lower triangle; the last row is that of the residual.
   const Eigen::MatrixXd& sum() {
     Flush();
     return sum_;
@@ -71,7 +71,7 @@ struct ChainElimination::LinearRow {
 
   Eigen::Vector3d residual;
   FreeJacobian buffer;
-  Eigen::Index columns = 0;  // of its pattern
+  Eigen::Index columns = 0;  // number of columns of the row's pattern
   auto by_free() { return buffer.leftCols(columns); }
   auto by_free() const { return buffer.leftCols(columns); }
   Eigen::Matrix3d by_first, by_second;
@@ -106,9 +106,10 @@ struct ChainElimination::Arrow {
   Eigen::MatrixXd eliminated;
 };
 
-// The curvature that Gauss-Newton neglects if a residual is large. Second derivatives by a rotation
-// are as large as first ones, so that with this bound no step overshoots the least cost. Without
-// it, an attitude whose only reading has twice the field's length would overshoot for ever.
+// The curvature that Gauss-Newton neglects if a residual is large. The second derivatives by a
+// rotation are as large as the first derivatives. With this bound, no step goes beyond the minimum
+// of the cost. Without it, an attitude whose only reading has twice the field's length would
+// overshoot for ever.
 double ChainElimination::BendOf(const LinearRow& row) {
   const double residual = row.residual.norm();
   const double signal = row.by_first.norm() / std::numbers::sqrt2;
@@ -227,7 +228,7 @@ void ChainElimination::LineariseAndEliminate(const Eigen::VectorXd& shared) {
       const std::size_t seen = problem_.rows[index].row->state_count();
       if (seen == 0) continue;
       arrow.pivot.noalias() += linear.by_first.transpose() * linear.by_first;
-      // LineariseOnce is followed by no step, so that it needs no additional curvature.
+      // No step follows LineariseOnce, which therefore needs no additional curvature.
       if (keeps_panels_ && seen == 1) arrow.pivot.diagonal().array() += BendOf(linear);
       Arrow::AddColumns(linear.by_first, linear, pattern.free, &arrow.columns);
       if (seen == 1) continue;

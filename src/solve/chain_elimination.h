@@ -27,7 +27,8 @@ class ChainElimination final : public EliminatedProblem {
   // Linearises at `shared`. The states are back-substituted from the last linearisation; the first
   // call uses the problem's own states.
   void Linearise(const Eigen::VectorXd& shared) override;
-  // As Linearise, in less memory: afterwards, no states can be computed at other parameters.
+  // Like Linearise, but needs less memory: afterwards, the states cannot be computed at other
+  // parameters.
   void LineariseOnce(const Eigen::VectorXd& shared);
   double CostAt(const Eigen::VectorXd& shared) const override;
   double cost() const override { return cost_; }
@@ -42,7 +43,7 @@ class ChainElimination final : public EliminatedProblem {
 
   // A row at the last linearisation: its whitened values, and the share of their covariance that
   // remains after the states are fitted, 1 - leverage. If a row has fewer than three values, the
-  // rest is zero.
+  // remaining entries are zero.
   struct Residual {
     Eigen::Vector3d value = Eigen::Vector3d::Zero();
     Eigen::Matrix3d left = Eigen::Matrix3d::Zero();
@@ -55,10 +56,10 @@ class ChainElimination final : public EliminatedProblem {
   struct Pattern {
     std::vector<SharedBlock> blocks;
     struct Term {
-      int start = 0;   // of the block's columns among those of all blocks
-      int size = 0;    // of the block
-      int column = 0;  // in the block
-      int free = 0;    // among `free`
+      int start = 0;   // index of the block's first column among the columns of all blocks
+      int size = 0;    // size of the block
+      int column = 0;  // column in the block
+      int free = 0;    // index among `free`
       double factor = 0.0;
     };
     std::vector<Term> terms;
@@ -88,8 +89,9 @@ class ChainElimination final : public EliminatedProblem {
   Eigen::VectorXd gradient_;
   Eigen::MatrixXd information_;
   ChainFactor factor_;
-  // H_k times the columns A_k^T [J, r] that remain when state k is eliminated, kPanelStates states
-  // per panel. If states are not needed, only the last panel is kept.
+  // For each state k, H_k times the columns A_k^T [J, r] that remain when the state is eliminated.
+  // A panel holds kPanelStates states. If the states are not needed later, only the last panel is
+  // kept.
   std::vector<Eigen::MatrixXd> panels_;
 };
 

@@ -42,9 +42,10 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
   }
 }
 
-// c_k = b_k - G_{k-1}^T c_{k-1} until c_k is negligible; then each c_k becomes H_k c_k.
+// Computes c_k = b_k - G_{k-1}^T c_{k-1} until c_k is negligible. Then replaces each c_k by H_k
+// c_k.
 void ChainFactor::HalfSolveInPlace(Panel* panel) const {
-  constexpr double kNothingLeft = 1e-10;  // of the largest: squares, 1e-20, are below rounding
+  constexpr double kNothingLeft = 1e-10;  // share of the largest; its square is below rounding
   StackedRows& rows = panel->rows;
   Eigen::Index count = rows.rows() / 3;
   double largest = 0.0;

@@ -49,7 +49,7 @@ class ChainFactor {
   };
   void HalfSolveInPlace(Panel* panel) const;
 
-  // Blocks of N^-1: of each state, and between each state and the next.
+  // The blocks of N^-1 for each state, and those between each state and the next one.
   struct Blocks {
     std::vector<Eigen::Matrix3d> own;
     std::vector<Eigen::Matrix3d> with_next;  // empty if no states are coupled
@@ -65,7 +65,8 @@ class ChainFactor {
 
  private:
   std::vector<Eigen::Matrix3d> half_;
-  // For the states up to the last one that is coupled with the next; empty for poses without turns.
+  // They end with the last state that is coupled with its successor, and are empty for poses
+  // without turns.
   std::vector<Eigen::Matrix3d> coupling_, gain_;
   std::vector<bool> is_coupled_;
 };

@@ -19,25 +19,25 @@ struct ChainState {
 };
 
 // A row with its whitening root, and the first state on which it depends. If it depends on no
-// state, any number that keeps the rows sorted.
+// state, the number is arbitrary, except that the rows must stay sorted.
 struct ChainRow {
   std::shared_ptr<const Row> row;
   RowRoot root;
   std::size_t state = 0;
 };
 
-// A problem of shared parameters and a chain of states. A row depends on shared parameters and on
-// no state, on one state, or on one state and the next.
+// A problem of shared parameters and a chain of states. Besides shared parameters, a row depends on
+// no state, on one state, or on one state and its successor.
 struct ChainProblem {
   const SharedLayout* layout = nullptr;  // must outlive the problem
   std::vector<ChainState> states;
-  std::vector<ChainRow> rows;  // sorted by state; of a state, those with the next state come last
+  std::vector<ChainRow> rows;  // sorted by first state; rows of two states come last
 };
 
 // The unknowns and rows of a graph, whose layout and turns must outlive the result.
 ChainProblem ChainOf(const PoseGraph& graph);
-// As ChainOf, but frees each node of the graph when its rows are made: memory need not hold 100 000
-// nodes, say, together with their rows.
+// Like ChainOf, but frees each node of the graph as soon as its rows are made. The nodes, of which
+// there may be 100 000, and their rows thus need not be in memory together.
 ChainProblem TakeChain(PoseGraph* graph);
 
 }  // namespace truetriad

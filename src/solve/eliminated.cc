@@ -102,15 +102,16 @@ class EliminatedCost final : public ceres::CostFunction {
   std::vector<SharedBlock> blocks_;
   EliminatedProblem& problem_;
   Eigen::VectorXd scale_;
-  // Ceres evaluates through a const pointer; the members below are of the last linearisation.
+  // The members below describe the last linearisation. They are mutable, since Ceres evaluates a
+  // const object.
   mutable bool is_linearised_ = false;
   mutable Eigen::VectorXd at_;
   mutable Eigen::MatrixXd root_;
   mutable Eigen::VectorXd residual_;
 };
 
-// At the optimum rounding decides whether a step lowers the cost; without this callback Ceres would
-// try ever shorter steps.
+// At the optimum, rounding decides whether a step lowers the cost. This callback then stops Ceres,
+// which would otherwise try ever shorter steps.
 class StopAtRounding : public ceres::IterationCallback {
  public:
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {

@@ -12,9 +12,10 @@ namespace truetriad {
 class EliminatedProblem {
  public:
   virtual ~EliminatedProblem() = default;
-  // Linearises at `shared`; the other unknowns follow from the last linearisation.
+  // Linearises at `shared`. The other unknowns are computed from the previous linearisation.
   virtual void Linearise(const Eigen::VectorXd& shared) = 0;
-  // Half the sum of squares after a Linearise at `shared`; not finite if a row cannot be evaluated.
+  // Half the sum of squares that a Linearise at `shared` would give; not finite if a row cannot be
+  // evaluated.
   virtual double CostAt(const Eigen::VectorXd& shared) const = 0;
   // From the last Linearise: half the sum of squares, its gradient and information with respect to
   // the free shared coordinates.

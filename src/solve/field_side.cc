@@ -23,9 +23,10 @@ bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarI
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
   // At sin dip = 0.25 the other side is 29 deg away, and readings that scatter by more than 6 deg
-  // are refused: four poses, the fewest, exclude the other side by χ² = 4 (29 / 6)^2, about 100.
+  // are refused: even four poses, the fewest possible, exclude the other side by χ² = 4 (29 / 6)^2,
+  // about 100.
   constexpr double kFarSine = 0.25;
-  // A stated dip with a σ must exclude its other sign by as large a χ².
+  // A dip that is stated with a σ must exclude the opposite sign by this χ².
   constexpr double kFarChi2 = 100.0;
   if (!MayReverseAgainstDip(options, solved.layout)) return std::nullopt;
   const Knowledge& stated = options.reference.dip_rad;

@@ -12,7 +12,8 @@ namespace truetriad {
 // noise is known, more if its estimate has `noise_dof` degrees of freedom (Student's t).
 double FarInChi2(double noise_dof);
 
-// The solution with the magnetometer reversed and the field on the other side of the horizontal.
+// A second solution, with the magnetometer reversed and the field on the other side of the
+// horizontal.
 struct OtherSide {
   PoseGraph graph;
   double worse = 0.0;  // its χ² minus that of the first solution
@@ -21,14 +22,14 @@ struct OtherSide {
   bool IsTold(double noise_dof) const;
 };
 
-// The other side's solution. Unset if the dip is unknown, since both sides are then one solution
-// (hemisphere.h), if the magnetometer's sign is held, if there is no accelerometer, or if the dip
-// is far from 0.
+// The solution with the field on the other side of the horizontal. Unset if the dip is unknown,
+// since both sides are then the same solution (hemisphere.h). Also unset if the magnetometer's sign
+// is held, if there is no accelerometer, or if the dip is far from 0.
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options, const PoseGraph& solved);
 
-// Moves the field to its true side and returns whether it moved. If OtherSideOfField is set, the
-// likelier side is taken, or, if χ² does not decide, handedness does; else SettleHemisphereOfField
-// decides.
+// Moves the field to its true side and returns whether it moved. If OtherSideOfField returns a
+// solution, the likelier side is taken; if χ² does not decide, handedness decides. Otherwise
+// SettleHemisphereOfField decides.
 bool SettleField(const CalibrateOptions& options, double noise_dof, PoseGraph* graph);
 
 }  // namespace truetriad

@@ -8,8 +8,8 @@
 
 namespace truetriad {
 
-// Parameters restricted to a linear subspace: x + basis * delta. A held entry has a row of zeros in
-// `basis`; tied entries share a column.
+// Parameters that are restricted to a linear subspace: x + basis * delta. The row of a held entry
+// in `basis` is zero; entries that are tied to each other share a column.
 class LinearManifold final : public ceres::Manifold {
  public:
   // Columns of `basis` are orthonormal.

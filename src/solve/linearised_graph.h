@@ -27,7 +27,7 @@ namespace truetriad {
 class LinearisedGraph {
  public:
   struct Factor {
-    std::size_t node = 0;  // its pose, or the first of the two
+    std::size_t node = 0;  // the factor's pose, or the first of its two poses
     bool sees_next = false;
     Eigen::Index row = 0;  // index of its first row among those of all factors
     Eigen::Index rows = 0;
@@ -36,14 +36,15 @@ class LinearisedGraph {
     Eigen::Index tangents() const { return sees_next ? 6 : 3; }
   };
 
-  // Linearises all factors: those of the poses in their order, then the increments in theirs.
+  // Linearises all factors: first those of the poses, then the increments, each in the order of the
+  // graph.
   explicit LinearisedGraph(const PoseGraph& graph) { Linearise(graph); }
 
   // Linearises again, reusing the memory.
   void Linearise(const PoseGraph& graph);
 
-  // Eliminates with the graph's present variances and weights. Cheap compared with the constructor;
-  // may be called again after the variances changed.
+  // Eliminates with the graph's present variances and weights. This takes little time compared with
+  // the constructor, and may be called again after the variances changed.
   void Eliminate(const PoseGraph& graph);
 
   const std::vector<Factor>& factors() const { return factors_; }
@@ -54,21 +55,21 @@ class LinearisedGraph {
   auto J() const { return columns_.leftCols(size()); }
   auto B() const { return projected_columns_.leftCols(size()); }
 
-  // Half the sum of squares at the present state, priors included; its gradient with the poses at
-  // their optimum, and M.
+  // cost(): half the sum of squares at the present state, priors included. gradient(): its gradient
+  // if the poses are at their optimum. Then the reduced information M.
   double cost() const { return cost_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
   const Eigen::MatrixXd& matrix() const { return matrix_; }
 
-  // The optimal step of every pose if the shared coordinates take this step, one tangent space
-  // after another.
+  // The optimal steps of all poses if the shared coordinates take this step. The steps stand one
+  // tangent space after another.
   Eigen::VectorXd PoseSteps(const Eigen::VectorXd& shared_step) const;
 
   // Moves `graph`, from which this was made, by a step of the free shared coordinates and the
   // optimal step of its poses.
   void TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const;
 
-  // D y, for any number of columns.
+  // The product D y; y may have any number of columns.
   StackedRows Project(StackedRows y) const {
     ProjectInPlace(&y);
     return y;
@@ -85,8 +86,8 @@ class LinearisedGraph {
   auto Weighted(const Factor& factor) const {
     return weighted_.block(factor.row, 0, factor.rows, factor.tangents());
   }
-  // The block of V^-1 for three of a factor's rows, or as many as remain; `row` is the first of
-  // them, a multiple of three. V^-1 is zero between such blocks.
+  // The block of V^-1 for up to three rows of a factor, beginning with `row`, a multiple of three.
+  // V^-1 is zero outside of these blocks.
   auto Information(const Factor& factor, Eigen::Index row) const {
     const Eigen::Index rows = std::min<Eigen::Index>(3, factor.rows - row);
     return information_.block(factor.row + row, 0, rows, rows);
@@ -104,7 +105,7 @@ class LinearisedGraph {
   void ProjectInPlace(StackedRows* y) const;
 
   std::vector<Factor> factors_;
-  StackedRows A_, weighted_;       // three columns, six if there are factors of two poses
+  StackedRows A_, weighted_;       // three columns, or six if a factor depends on two poses
   StackedRows information_;        // V^-1, its three by three blocks one below the other
   StackedRows columns_;            // J, r
   StackedRows projected_columns_;  // D J, D r
@@ -119,8 +120,8 @@ class LinearisedGraph {
   double cost_ = 0.0;
 };
 
-// The block of a symmetric matrix for all poses of a factor, assembled from the blocks of poses and
-// of neighbours.
+// The block of a symmetric matrix for the one or two poses of a factor, assembled from the blocks
+// of single poses and of neighbours.
 using PairBlock = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, 6, 6>;
 PairBlock PoseBlock(const LinearisedGraph::Factor& factor, const ChainFactor::Blocks& blocks);
 

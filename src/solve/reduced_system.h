@@ -22,13 +22,13 @@ class ReducedSystem : public LinearisedGraph {
   // Three rows of a factor with a common variance, and the change of that variance.
   struct VarianceChange {
     std::size_t factor = 0;
-    Eigen::Index row = 0;  // first of the three, among the factor's rows
+    Eigen::Index row = 0;  // index of the first of the three among the factor's rows
     Eigen::Matrix3d change = Eigen::Matrix3d::Zero();
   };
 
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // Like those of LinearisedGraph, but also update the members of this class.
+  // They do the same as in LinearisedGraph, and also update the members of this class.
   void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
@@ -51,8 +51,8 @@ class ReducedSystem : public LinearisedGraph {
   }
   Eigen::Matrix3d ProjectorBlock(std::size_t factor, Eigen::Index row = 0) const;
 
-  // The diagonal blocks of dD = -D dV D for each of `wanted`, whose own `change` is not used. `dV`
-  // lists no row twice.
+  // The diagonal blocks of dD = -D dV D for the rows of each of `wanted`; the member `change` of
+  // `wanted` is not used. `dV` must not list a row twice.
   std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
                                                    const std::vector<VarianceChange>& wanted) const;
 

@@ -35,7 +35,7 @@ TRUETRIAD_WIDE_REGISTERS void AddThreeByThree(const RowTile& tile) {
   }
 }
 
-// A product whose right side is a stack of rows, in blocks that stay in registers.
+// A product whose right factor is a stack of rows. It is computed in blocks that stay in registers.
 struct RowProduct {
   const double* a = nullptr;  // element (i, k) at i * a_row + k * a_column
   Index a_row = 0, a_column = 0;

@@ -25,8 +25,8 @@ struct RowTile {
 };
 void AddTile(const RowTile& tile);
 
-// out += sign * a * b for a small `a` and long rows of `b` and `out`, which do not overlap: in
-// tiles, since a general product would spend most of its time on packing.
+// out += sign * a * b for a small `a` and long rows of `b` and `out`, which do not overlap. It is
+// computed in tiles, since a general product would spend most of its time on packing.
 template <typename Small, typename In, typename Out>
 void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   // Rows and columns of a tile: its nine factors stay in registers.
@@ -49,7 +49,7 @@ void AddProduct(double sign, const Small& a, const In& b, Out&& out) {
   }
 }
 
-// Rows that are gathered for one product: 64 blocks of three, which stay in the cache.
+// Number of rows that are gathered for one product: 64 blocks of three, which fit into the cache.
 inline constexpr Eigen::Index kRowsAtOnce = 192;
 
 // a^T * b for matrices of equally many rows.

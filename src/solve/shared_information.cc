@@ -10,12 +10,12 @@
 namespace truetriad {
 namespace {
 
-// Eigenvalues of the scaled information below this share of the largest are rounding errors:
-// information is 1 / σ², so that 1e-14 here is 1e-7 in σ, half the digits of a double.
+// Eigenvalues of the scaled information below this share of the largest count as rounding errors.
+// Information is 1 / σ², so that 1e-14 corresponds to 1e-7 in σ, half the digits of a double.
 constexpr double kRankTolerance = 1e-14;
 
-// A matrix with unit diagonal whose Cholesky diagonal stays above this has pivots above 1e-10, far
-// from the rank tolerance.
+// If the Cholesky diagonal of a matrix with unit diagonal stays above this, all pivots are above
+// 1e-10, far from the rank tolerance.
 constexpr double kSafePivot = 1e-5;
 
 }  // namespace

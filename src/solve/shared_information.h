@@ -16,7 +16,8 @@ struct ScaledFactor {
   Eigen::VectorXd per_own;  // one over the square roots of the diagonal
   Cholesky factor;
 };
-// Unset if the matrix is nearly singular, so that only its eigenvalues show the rank.
+// The factor of the scaled matrix; unset if the matrix is nearly singular, since only its
+// eigenvalues then show the rank.
 std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
 
 // The information of all factors on the free shared coordinates, the attitudes eliminated.
@@ -39,8 +40,8 @@ class SharedInformation {
   // Typical size of each free coordinate.
   const Eigen::VectorXd& scale() const { return scale_; }
   int rank() const { return rank_; }
-  // Whether the information of every direction is far above rounding, also if the parameters' σ
-  // differ by orders of magnitude.
+  // Whether the information of every direction is far above rounding, even if the σ of the
+  // parameters differ by orders of magnitude.
   bool is_regular() const { return is_regular_; }
   // The Gauss-Newton step; near zero at the optimum.
   const Eigen::VectorXd& step() const { return step_; }
@@ -52,7 +53,7 @@ class SharedInformation {
   bool is_regular_ = false;
 };
 
-// Variances of all shared entries, by the covariance of the free coordinates.
+// Variances of all shared entries, computed from the covariance of the free coordinates.
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance);
 
 // The largest change of a shared entry, in σ of that entry, if the free coordinates change by the

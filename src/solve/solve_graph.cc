@@ -12,13 +12,14 @@
 namespace truetriad {
 namespace {
 
-// Iterations over all integrations: problems that need more are undetermined or start far away.
+// The most iterations, summed over all integrations. Problems that need more are undetermined or
+// start far from the optimum.
 constexpr int kMaxIterations = 300;
 // Each integration leaves an error of second order in the parameters' change. Chosen: after ten
 // integrations, the last optimum is kept.
 constexpr int kMaxIntegrations = 10;
-// Share of the tolerance: if the error of linearity is smaller, increments are not integrated
-// again.
+// If the error of linearising the increments is below this share of the tolerance, they are not
+// integrated again.
 constexpr double kStillLinear = 1e-2;
 
 SolveOutcome SolveAsIntegrated(PoseGraph* graph, double tolerance, int max_iterations) {
@@ -56,8 +57,8 @@ SolveOutcome SolveGraph(PoseGraph* graph, double tolerance) {
     }
     graph->integrated_at = graph->shared;
   };
-  // An increment is linear in the gyroscope's parameters only near the point of integration, so
-  // that it is integrated again until the optimum does not change.
+  // An increment is linear in the gyroscope's parameters only near those at which it was
+  // integrated. It is therefore integrated again until the optimum does not change.
   SolveOutcome whole;
   for (int round = 0; round < kMaxIntegrations && whole.iterations < kMaxIterations; ++round) {
     if (graph->integrated_at.size() == 0) graph->integrated_at = graph->shared;

@@ -10,7 +10,7 @@
 namespace truetriad {
 
 // Minimises the whitened sum of squares over `shared` and the states of `problem`. On return, both
-// are those of the last linearisation.
+// have the values of the last linearisation.
 SolveOutcome SolveChain(Solver solver,
                         double tolerance,
                         int max_iterations,

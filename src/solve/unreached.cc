@@ -64,8 +64,8 @@ TRUETRIAD_UNREACHED(dpotrf_)
 TRUETRIAD_UNREACHED(dpotrs_)
 TRUETRIAD_UNREACHED(dtrtrs_)
 
-// If a CHECK fails, glog calls these functions for a stack trace. As they do nothing, it prints
-// none.
+// If a CHECK fails, glog calls these functions for a stack trace. As they do nothing, no stack
+// trace is printed.
 #ifdef __x86_64__
 extern "C" {
 int unw_tdep_getcontext(unw_tdep_context_t* /*context*/) { return -1; }

@@ -31,20 +31,20 @@ namespace {
 
 // A magnetometer in counts in an unknown field has no natural scale: 50 uT is a mid-latitude field.
 constexpr double kNominalFieldUt = 50.0;
-// Chosen: in a log that states a physical unit a gain outside 1/4 to 4 is an error of the unit.
+// Chosen: if a log states a physical unit, a gain outside 1/4 to 4 means that the unit is wrong.
 constexpr double kLargestSiGain = 4.0;
 // Chosen: at most four rival alignments, which differ by signs and mirrors, become starts.
 constexpr std::size_t kMaxCandidates = 4;
 // For a start, stated rates within 0.1 % of their median are treated as equal.
 constexpr double kSameSpeed = 1e-3;
 
-// `may_be_faces`: the unit may have stood on its six faces, so that the remedy names that option.
+// `may_be_faces`: the unit may have stood on its six faces, so the remedy names `six_face`.
 Status CheckCount(Triad triad,
                   std::size_t poses,
                   const TriadOptions& options,
                   bool attitudes,
                   bool may_be_faces) {
-  // Diagonal: six unknowns. Bias: three, and one pose more to check them.
+  // Least number of poses: a diagonal model has six unknowns, a bias three; one more checks them.
   constexpr std::size_t kForDiagonal = 6, kForBias = 4;
   std::size_t needed = 9;
   if (options.fixed_sensitivity || options.model == MatrixModel::kBias || attitudes) {
@@ -56,12 +56,12 @@ Status CheckCount(Triad triad,
   std::string model = "model `" + std::string(MatrixModelName(options.model)) + "`";
   for (const AxisTermInfo& info : kAxisTerms) {
     if (info.triad == Triad::kGyroscope || options.axis_terms[info.term] != Wanted::kYes) continue;
-    // An axis term has three unknowns; a pose gives three equations with its attitude, one without.
+    // An axis term has three unknowns. A pose gives three equations with its attitude, else one.
     needed += attitudes ? 1 : 3;
     model += " with " + WithArticle(info.words);
   }
   if (poses >= needed) return {};
-  // With a smaller matrix, too, the axis terms need their additional poses.
+  // The axis terms need their additional poses with a smaller matrix as well.
   const auto suffices = [&](std::size_t smaller) {
     return smaller < of_matrix && poses + of_matrix >= needed + smaller;
   };
@@ -111,9 +111,9 @@ Status CheckAccelerometerGain(const PoseSet& poses,
                    "4: check for exchanged faces or attitudes, or another frame convention");
 }
 
-// The six-position solution with known forces. For one rest per face and a physical unit: the
-// analytic solution, which takes each column from one face. Otherwise: least squares over all
-// rests.
+// The six-position solution with known forces. If there is one rest per face and the readings are
+// in a physical unit, it is the analytic solution, which takes each column from one face. Otherwise
+// it is a least-squares fit over all rests.
 Result<TriadModel<double>> SixPositionStart(const PoseSet& poses,
                                             const std::vector<Eigen::Vector3d>& readings,
                                             const std::vector<Eigen::Vector3d>& forces,
@@ -199,12 +199,13 @@ Result<TriadModel<double>> AccelerometerStart(const PoseSet& poses,
   auto model = FitModelTrimmed(readings, shape, gravity);
   if (!model) return model;
   model->sensitivity *= sign;
-  // Makes the matrix lower triangular, as the solution's gauge wants it; a diagonal one already is.
+  // Rotates the frame so that the matrix is lower triangular, as the solution's gauge requires. A
+  // diagonal matrix stays as it is.
   model->sensitivity *= GaugeRotation(Gauge::kAccelX, model->sensitivity, sign);
   return model;
 }
 
-// AccelerometerStart in the body frame. If attitudes are unknown, the stated mounting defines it.
+// AccelerometerStart in the body frame, which the mounting defines if attitudes are unknown.
 Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
                                                      const CalibrateOptions& options) {
   auto model = AccelerometerStart(poses, options);
@@ -214,8 +215,8 @@ Result<TriadModel<double>> MountedAccelerometerStart(const PoseSet& poses,
   return model;
 }
 
-// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed). Sets the
-// field strength of the start, which is only a convention if it is not stated.
+// The magnetometer in its own frame (symmetric or diagonal sensitivity, right-handed). Also sets
+// the start's field strength. If no strength is stated, it is a convention.
 Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
                                                   const CalibrateOptions& options,
                                                   StartValues* start) {
@@ -231,7 +232,7 @@ Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
     return FitBias(readings, *triad.fixed_sensitivity);
   }
   auto fitted = FitModelTrimmed(readings, triad.model, 1.0);
-  // The mean radius in the stated unit, so that the mean gain is 1.
+  // The field strength is set to the mean radius in the stated unit, so that the mean gain is 1.
   if (fitted && start->field_nominal && !is_counts) {
     field = std::cbrt(std::abs(fitted->sensitivity.determinant())) * stream->unit.truth_per_raw;
   }
@@ -240,7 +241,7 @@ Result<TriadModel<double>> MagnetometerInOwnFrame(const PoseSet& poses,
   return fitted;
 }
 
-// The rotations, best first, that bring fields to a constant angle with up.
+// The rotations that bring the fields to a constant angle with up; the best one comes first.
 Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vector3d>& ups,
                                                     const std::vector<Eigen::Vector3d>& fields,
                                                     const CalibrateOptions& options) {
@@ -258,7 +259,7 @@ Result<std::vector<FrameAlignment>> RivalAlignments(const std::vector<Eigen::Vec
     const double* cosine = dip.known() && dip.sigma < 0.02 ? &known_cosine : nullptr;
     TRUETRIAD_ASSIGN_OR_RETURN(alignments, AlignFrames(ups, fields, +1, cosine));
     if (cosine != nullptr) {
-      // If the dip is known, each determinant is a problem of its own, so both are solved.
+      // If the dip is known, mirrored rotations are a separate problem, which is also solved.
       auto mirrored = AlignFrames(ups, fields, -1, cosine);
       if (mirrored) alignments.insert(alignments.end(), mirrored->begin(), mirrored->end());
       std::stable_sort(alignments.begin(), alignments.end(), [](const auto& a, const auto& b) {
@@ -318,7 +319,7 @@ Result<std::vector<StartValues>> AlignMagnetometer(const PoseSet& poses,
     up_errors.push_back(pair.up_error);
     field_errors.push_back(pair.field_error);
   }
-  // A reading that differs from the field in length differs in direction, too.
+  // If the length of a reading differs from the field's, its direction is wrong as well.
   const double wild_up = WildFrom(up_errors), wild_field = WildFrom(field_errors);
   std::erase_if(pairs, [&](const Pair& pair) {
     return (pair.up_error > wild_up || pair.field_error > wild_field) &&
@@ -385,7 +386,7 @@ Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
       auto fit, FitInGivenAttitudes(poses, Triad::kMagnetometer, start->reference[kField]));
   const Knowledge& dip = options.reference.dip_rad;
   const bool north = dip.known() ? *dip.value >= 0.0 : options.reference.northern_hemisphere;
-  // Near the equator the sign stays that of the fit, whose determinant is positive.
+  // Near the equator the sign of the fit is kept, whose determinant is positive.
   if (std::abs(fit.direction.z()) > kEquatorSine && (fit.direction.z() < 0.0) != north) {
     fit.direction *= -1.0;
     fit.model.sensitivity *= -1.0;
@@ -397,8 +398,8 @@ Status StartMagnetometerInGivenAttitudes(const PoseSet& poses,
   return {};
 }
 
-// Moves with little rotation about an axis may give that axis any gain. In a log with a stated
-// unit, gains outside 1/kLargestSiGain to kLargestSiGain are implausible.
+// If the moves hardly rotate the unit about an axis, the gain of this axis may be arbitrary. In a
+// log with a stated unit, gains outside 1/kLargestSiGain to kLargestSiGain are implausible.
 bool IsPlausible(const Eigen::Matrix3d& sensitivity, const Unit& unit) {
   if (unit.is_counts) return true;
   const Eigen::Array3d gains = sensitivity.rowwise().norm().array() * unit.truth_per_raw;
@@ -425,8 +426,9 @@ std::vector<DirectionMove> DirectionMovesOf(const PoseSet& poses,
   return moves;
 }
 
-// A gyroscope alone with rates of known magnitude. Readings minus the bias at rest, divided by the
-// magnitude, lie on one ellipsoid. Without rests, only rates of the median magnitude are used.
+// A gyroscope alone with rates of known magnitude. The readings minus the bias at rest, divided by
+// the magnitude of the rate, lie on one ellipsoid. Without rests, only rates of the median
+// magnitude are used.
 Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
                                                const CalibrateOptions& options) {
   const TriadOptions& sensor = options.triads[Triad::kGyroscope];
@@ -455,7 +457,8 @@ Result<TriadModel<double>> GyroscopeFromSpeeds(const PoseSet& poses,
   return model;
 }
 
-// `vector`: the sensor with which the turns are compared; `vector_model`: null if there is none.
+// `vector`: the sensor with which the turns are compared; `vector_model`: the model of this sensor,
+// or null if there is no such sensor.
 Result<TriadModel<double>> GyroscopeStart(const PoseSet& poses,
                                           const CalibrateOptions& options,
                                           Triad vector,
@@ -528,7 +531,7 @@ Status CheckPoseCounts(const PoseSet& poses, const CalibrateOptions& options) {
     if (!sensor.enabled || (triad == Triad::kAccelerometer && six_faces)) continue;
     const bool attitudes =
         triad == Triad::kAccelerometer && options.attitudes.kind != AttitudeKind::kNone;
-    // The six faces do not help a magnetometer.
+    // Stated six faces would not help a magnetometer, so the remedy does not name them.
     const bool may_be_faces =
         triad == Triad::kAccelerometer && !options.triads[Triad::kMagnetometer].enabled;
     TRUETRIAD_RETURN_IF_ERROR(
@@ -580,7 +583,7 @@ Result<std::vector<StartValues>> FindStartValues(const PoseSet& poses,
     own->sensitivity *= GaugeRotation(Gauge::kAccelX, own->sensitivity) * LeadingAxisMap(options);
   }
   start.models[Triad::kMagnetometer] = *own;
-  // The world frame of these turns has the field as its vertical.
+  // If turns are compared with the field alone, the field is the vertical of the world frame.
   if (options.TurnsAgainstField()) start.reference[kDip] = kVerticalFieldRad;
   TRUETRIAD_RETURN_IF_ERROR(AddGyroscope(poses, options, &start));
   return std::vector<StartValues>{start};

@@ -17,7 +17,8 @@
 namespace truetriad {
 namespace {
 
-// Chosen, as a share of the field: a fit with smaller residuals has not been pulled by outliers.
+// Chosen, as a share of the field: if the residuals of a fit are smaller, outliers have not
+// distorted it.
 constexpr double kGoodMisfit = 0.01;
 
 Result<TriadModel<double>> FitModel(const std::vector<Eigen::Vector3d>& readings,
@@ -51,14 +52,14 @@ double RmsOf(const TriadModel<double>& model,
 std::vector<Eigen::Vector3d> WithoutSpoilers(std::vector<Eigen::Vector3d> readings,
                                              MatrixModel model,
                                              double radius) {
-  constexpr std::size_t kMost = 100;  // Number of readings up to which a fit without each is cheap.
+  constexpr std::size_t kMost = 100;  // Up to so many readings, a fit without each is fast.
   // Chosen: more outliers than three are left to the robust fit.
   constexpr int kMostSpoilers = 3;
-  // At least this many degrees of freedom remain after a removal; the chance below is for this
-  // many.
+  // At least this many degrees of freedom remain after a removal; the chance stated below is
+  // computed for this number.
   constexpr std::size_t kFewestDof = 4;
-  // An outlier raises the RMS at least by this factor: with four degrees of freedom and normal
-  // noise, one of 20 readings does so in 1 of 1e4 data sets.
+  // A reading is an outlier if it raises the RMS at least by this factor. With four degrees of
+  // freedom and normal noise, one of 20 readings does so by chance in 1 of 1e4 data sets.
   constexpr double kSpoils = 6.0;
   const std::size_t parameters = model == MatrixModel::kDiagonal ? 6 : 9;
   for (int round = 0; round < kMostSpoilers; ++round) {
@@ -114,7 +115,8 @@ Result<TriadModel<double>> FitModelTrimmed(std::vector<Eigen::Vector3d> readings
     errors.reserve(readings.size());
     for (const auto& reading : readings)
       errors.push_back(std::abs(NormError(*fitted, reading, radius)) / radius);
-    // The fit absorbs part of the noise, hence the wide limit of 6 σ.
+    // The fit absorbs part of the noise, so the residuals are too small; the limit is therefore as
+    // wide as 6 σ.
     const double limit = 6.0 * kMadToSigma * Median(errors);
     std::vector<Eigen::Vector3d> kept;
     for (std::size_t k = 0; k < readings.size(); ++k) {

@@ -16,7 +16,7 @@ namespace truetriad {
 namespace {
 
 // Chosen: readings with less than a fifth of their largest extent in one direction count as lying
-// in a plane; evenly spread ones have a ratio near 1.
+// in a plane; evenly spread readings have a ratio near 1.
 constexpr double kThinShare = 0.2;
 
 // The axis nearest to the direction in which readings vary too little; unset if there is none.

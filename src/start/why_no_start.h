@@ -20,7 +20,7 @@ Error WhyNoStart(const PoseSet& poses, Triad triad, const Error& error);
 Error WhyNoGyroscope(const PoseSet& poses, const Error& error);
 
 // The directions that readings in one plane, or in one part of their ellipsoid, leave undetermined.
-// Used if there are no start values to analyse; empty if the readings are spread out.
+// It is used if there are no start values to analyse. Empty if the readings are spread out.
 std::vector<WeakDirection> WeakDirectionsOfReadings(const PoseSet& poses,
                                                     const CalibrateOptions& options);
 

@@ -24,11 +24,12 @@
 namespace truetriad {
 namespace {
 
-// Chosen: least range of a sweep. Terms of a smaller one would hardly hold for any working range.
+// Chosen: least temperature range of a sweep. Terms from a smaller one hardly hold elsewhere.
 constexpr double kLeastRangeDegc = 2.0;
-// A difference from gravity beyond so many σ occurs by chance once in two million sweeps.
+// Chance causes a difference from gravity of more than so many σ once in two million sweeps.
 constexpr double kHeldGravitySigmas = 5.0;
-// No ageing explains a difference of more than this share of gravity (10 mg): units were mixed up.
+// If the difference is more than this share of gravity (10 mg), ageing does not explain it: the
+// calibration is that of another unit.
 constexpr double kOtherUnitShare = 0.01;
 // Temperatures that differ by less count as the same: at 1 mg/degC biases differ by 0.5 mg.
 constexpr double kSameDegc = 0.5;
@@ -51,8 +52,8 @@ void TakeStaticCovariance(const Calibration& known, NamedCovariance* covariance)
 }
 
 // Applies the static calibration to the sweep's reading at the temperature of that calibration, and
-// compares the result with gravity. Unset if the error may be chance, a refusal if ageing cannot
-// explain it, else a warning.
+// compares the result with gravity. If chance explains the difference, the result is unset; if
+// ageing cannot explain it, a refusal; otherwise a warning.
 std::optional<Finding> MissedGravity(const Calibration& calibration,
                                      const TriadSweep& swept,
                                      const std::string& static_file) {
@@ -85,8 +86,8 @@ std::optional<Finding> MissedGravity(const Calibration& calibration,
   return finding.About(Triad::kAccelerometer).With("error", off, sigma, "m/s^2");
 }
 
-// Widens all biases' σ: a unit that changed by `off_mps2` along gravity may have changed as much
-// along any axis.
+// Widens the σ of the bias on all axes. If the unit changed by `off_mps2` along gravity, it may
+// have changed as much along any axis.
 void WidenBias(double off_mps2, Calibration* calibration) {
   TriadCalibration& sensor = *calibration->sensors[Triad::kAccelerometer];
   const Eigen::Vector3d off_raw = std::abs(off_mps2) * sensor.model.sensitivity.rowwise().norm();
@@ -164,16 +165,17 @@ void SayOrderTooLow(Triad triad, const std::vector<SweepChoice>& axes, Findings*
   findings->push_back(
       Finding(
           FindingCode::kSweepUnexplained,
-          std::string(TriadName(triad)) + names + ": the stated order of " +
-              std::to_string(axes.front().fit.terms.bias_order) + " leaves residuals that order " +
-              order + " explains; the σ are widened accordingly",
+          std::string(TriadName(triad)) + names + ": with the stated bias_order of " +
+              std::to_string(axes.front().fit.terms.bias_order) +
+              ", residuals remain that a bias_order of " + order +
+              " would explain; the σ are widened accordingly",
           "state " + SensorLine(triad, "thermal: { bias_order: " + order + " }") + ", or `auto`")
           .About(triad)
           .Shifting(moved_sigmas, Treatment::kWidened)
           .With("order", higher));
 }
 
-// Reports the terms left out; axes with the same term and reason are named together.
+// Reports the terms left out. One finding names all axes that have the same term and reason.
 void SayLeftOut(const Quality& quality, Findings* findings) {
   std::vector<std::pair<std::string, std::vector<const SweepAxis*>>> said;
   for (const SweepAxis& axis : quality.sweep.axes) {
@@ -199,7 +201,8 @@ void SayLeftOut(const Quality& quality, Findings* findings) {
   }
 }
 
-// Error: the static calibration covers a range of temperatures, so that its bias holds at none.
+// Error: the static calibration was recorded over a range of temperatures, so that its bias holds
+// at no single temperature.
 Status CheckRecorded(const Eigen::Vector3d& recorded_degc, const std::string& file) {
   const double spread = recorded_degc[2] - recorded_degc[0];
   if (spread <= kMostStaticRangeDegc) return {};
@@ -227,7 +230,8 @@ Finding RecordedElsewhere(const Eigen::Vector3d& recorded_degc,
 }
 
 // Takes reference values and frame from the static calibration; its temperature becomes the
-// reference of the temperature terms. Error (bad input): a sweep cannot complete this calibration.
+// reference of the temperature terms. Error (bad input): a sweep cannot add temperature terms to
+// this calibration.
 Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* reference_degc) {
   const Calibration& known = *sweep.static_calibration;
   if (!known.IsUsable()) {
@@ -255,7 +259,7 @@ Status TakeStatic(const SweepOptions& sweep, Calibration* calibration, double* r
   return {};
 }
 
-// The refusal if there are too few windows or too small a range to determine the terms.
+// The refusal if there are too few windows or too small a temperature range for the terms.
 std::optional<Finding> TooLittle(const TriadSweep& swept, Triad triad) {
   const int most = ThermalOptions::kMaxBiasOrder + 3 + swept.problem().attitude_count();
   const int windows = swept.problem().size();

@@ -10,21 +10,25 @@
 namespace truetriad {
 namespace {
 
-// Share of a term's RMS that the others must not explain: at 1/4 they make its σ 4 times as large.
+// The other terms must leave at least this share of a term's RMS unexplained. At 1/4 they make the
+// σ of the term 4 times as large.
 constexpr double kFewestOfItsOwn = 0.25;
-// Level of entry: a nonexistent term enters by chance once in a hundred.
+// Significance level at which a term enters: a nonexistent term enters by chance once in a hundred.
 constexpr double kEnterLevel = 0.01;
-// Above the level of entry, so that a term that has just entered does not leave at once.
+// The significance level at which a term leaves. It is above the level of entry, so that a term
+// that has just entered does not leave at once.
 constexpr double kLeaveLevel = 0.05;
-// Level, divided among all orders tried: chance calls a stated order too low once in 10,000 axes.
+// The significance level at which a stated order counts as too low, divided among all orders tried.
+// Chance causes this once in 10,000 axes.
 constexpr double kHigherLevel = 1e-4;
 // Chosen: to be kept, a lag, a knot or the highest power has to lower the held-out error by 5 %.
 constexpr double kFewerLags = 0.95;
 // Chosen: a lag longer than this share of the recording counts as drift.
 constexpr double kLongestLagShare = 0.25;
-// Chosen: ratio of neighbouring lags in the grid; 23 span a factor of 1000. RefineOne goes between.
+// Chosen: the ratio of neighbouring lags in the grid; 23 span a factor of 1000. RefineOne searches
+// between them.
 constexpr double kLagRatio = 1.35;
-// Chosen: if there are two lags, the element's is sought up to this share of the recording.
+// Chosen: if there are two lags, that of the element is searched up to this share of the recording.
 constexpr double kElementShare = 1.0 / 16.0;
 // Order of the plain cubic with which the chosen terms are compared.
 constexpr int kPlainOrder = 3;
@@ -63,7 +67,7 @@ class Chooser {
       const double needed = same_count ? 1.0 : kFewerLags;
       if (!best || candidate->held_out < needed * best->held_out) best = std::move(candidate);
     }
-    if (!best) best = Try({});  // Every lag that was asked for is refused.
+    if (!best) best = Try({});  // Every wanted lag was refused.
     choice_.held_out = best->held_out;
     choice_.held_out_cubic = HeldOutRms(&problem_, axis_, Plain(kPlainOrder), {});
     choice_.fit = FinalFit(*best);
@@ -85,7 +89,7 @@ class Chooser {
     std::vector<SweepStep> steps;
   };
 
-  // Leaves out the rate terms that the recording does not distinguish from the others.
+  // Leaves out the rate terms that cannot be distinguished from the other terms in this recording.
   void GateRates() {
     const Eigen::MatrixX2d states = problem_.States({});
     has_branches_ = problem_.ShareOfItsOwn(states, RateTerm::kLinear, {}) >= kFewestOfItsOwn;
@@ -108,8 +112,7 @@ class Chooser {
     }
   }
 
-  // Places one knot after another where the sum of squares is least, as long as a new knot lowers
-  // the held-out error.
+  // Adds knots where the sum of squares is least, one by one while the held-out error falls.
   void FindKnots() {
     ThermalOptions terms = allowed_;
     terms.bias_order = wanted_.bias_order_auto ? kPlainOrder : wanted_.bias_order;
@@ -127,7 +130,7 @@ class Chooser {
       };
       // Steps of 1.5 % of the range of temperatures.
       constexpr int kPlaces = 60;
-      constexpr double kInner = 0.92;  // of half the range: outer pieces need data
+      constexpr double kInner = 0.92;  // of half the range, to leave data beyond the knots
       double best = 0.0, least = std::numeric_limits<double>::infinity();
       const double step = 2.0 * kInner / kPlaces;
       for (int place = 0; place <= kPlaces; ++place) {
@@ -183,7 +186,7 @@ class Chooser {
     return grid;
   }
 
-  // Lags to try, up to the whole recording, so that a drift is recognised by too long a lag.
+  // The lags to try, up to the recording's duration: too long a lag indicates a drift.
   std::vector<SweepLags> LagsOf(const LagShape& shape) const {
     std::vector<SweepLags> all;
     const std::vector<double> none = {0.0};
@@ -195,8 +198,7 @@ class Chooser {
     return all;
   }
 
-  // The lags in `all` with the smallest sum of squares over all folds but fold `but` (-1: over
-  // all).
+  // The lags in `all` with the smallest sum of squares over all folds except `but` (-1: over all).
   SweepLags BestOf(const std::vector<SweepLags>& all, const ThermalOptions& terms, int but) {
     const std::vector<int> columns = ColumnsOf(problem_, terms);
     SweepLags best;
@@ -210,12 +212,12 @@ class Chooser {
     return best;
   }
 
-  // Golden section over the logarithm of one lag, one step of the grid to either side of it.
+  // Refines one lag by golden section over its logarithm, within one grid step on either side.
   void RefineOne(const ThermalOptions& terms, double SweepLags::*which, SweepLags* lags) const {
     if (!(lags->*which > 0.0)) return;
     // (sqrt(5) - 1) / 2.
     constexpr double kGolden = 0.6180339887498949;
-    constexpr int kSteps = 14;  // to a thousandth of the interval
+    constexpr int kSteps = 14;  // shorten the interval to a thousandth
     double low = std::log(lags->*which / kLagRatio), high = std::log(lags->*which * kLagRatio);
     const auto value = [&](double log_lag) {
       SweepLags tried = *lags;
@@ -258,7 +260,7 @@ class Chooser {
       RefineOne(candidate.terms, &SweepLags::element_s, &candidate.lags);
       RefineOne(candidate.terms, &SweepLags::rate_s, &candidate.lags);
     }
-    // The lags that are chosen again for each fold must not be drift, either.
+    // The lags that are chosen again for each fold must not be so long that they are drift, either.
     std::vector<SweepLags> usable = all;
     std::erase_if(usable, [this](const SweepLags& lags) {
       return std::max(lags.element_s, lags.rate_s) > longest_s_;
@@ -273,9 +275,9 @@ class Chooser {
     return candidate;
   }
 
-  // Removes the highest power if it is not significant beside the chosen rate terms and with the
-  // noise of the thermometer, unless it lowers the held-out error by 5 %. ChooseOrder tested it
-  // beside all allowed rate terms and without this noise.
+  // Tests the highest power again, beside the chosen rate terms and with the noise of the
+  // thermometer; ChooseOrder tested it beside all allowed rate terms and without this noise.
+  // Removes the power if it is not significant, unless it lowers the held-out error by 5 %.
   void LowerOrder(Candidate* chosen) {
     ThermalOptions& terms = chosen->terms;
     while (terms.bias_order > 1) {
@@ -306,7 +308,8 @@ class Chooser {
     }
   }
 
-  // Chooses the order beside all allowed rate terms: from 1 on, each is tested against higher ones.
+  // Chooses the order beside all allowed rate terms: each, from 1 on, is tested against higher
+  // ones.
   void ChooseOrder(Candidate* candidate) {
     constexpr int kMost = ThermalOptions::kMaxBiasOrder;
     int& order = candidate->terms.bias_order;
@@ -340,7 +343,7 @@ class Chooser {
       return std::vector<int>{problem_.rate_column(rate)};
     };
     for (int round = 0; round < 6; ++round) {
-      // Several terms at once are tried, too: two rate terms may have an effect only together.
+      // Terms are also tried in groups: two rate terms may have an effect only together.
       std::optional<ThermalOptions> best;
       double least = HeldOut(terms, *candidate);
       std::string what;
@@ -407,7 +410,7 @@ class Chooser {
                     int column,
                     Candidate* candidate) {
     const double p = WaldProbability(Fit(with, *candidate), {column});
-    // Smaller p-values are printed as a bound, as in the tables of a regression.
+    // If a p-value is smaller, this bound is printed instead, as in the tables of a regression.
     constexpr double kLeastShown = 1e-6;
     const std::string shown = p < kLeastShown ? " (p < 1e-6)" : Format(" (p = %.2g)", p);
     Note("rejected: " + name + shown, with, candidate);

@@ -14,11 +14,11 @@ namespace truetriad {
 // The terms and lags of one axis, chosen if the options leave them open, and the fit with them.
 struct SweepChoice {
   SweepFit fit;
-  double held_out = 0.0;        // held-out RMS, lags chosen again in every fold
+  double held_out = 0.0;        // held-out RMS; the lags are chosen again in every fold
   double held_out_cubic = 0.0;  // held-out RMS of a plain cubic
   std::vector<SweepStep> steps;
   std::vector<std::string> left_out;  // "T'^2: …why and what to do"
-  // The fit with powers beyond a stated order, if they are significant.
+  // If powers beyond a stated order are significant: the fit with these powers.
   std::optional<SweepFit> higher;
   double moved_sigmas = 0.0;  // largest shift of a term by `higher` in σ; σ of `fit` allow for it
 };

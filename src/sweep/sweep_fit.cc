@@ -16,20 +16,21 @@
 namespace truetriad {
 namespace {
 
-// Largest correlation of neighbours that is used: 66 residuals then count as one.
+// The largest correlation of neighbouring residuals that is assumed; with it, 66 residuals count as
+// one.
 constexpr double kMostCorrelation = 0.97;
 // Step of a lag's central difference, as a share of the lag: the error is of order 1e-6.
 constexpr double kLagStep = 1e-3;
 // Temperature errors are subtracted from Omega if they are a larger share of a variance than this;
 // a smaller share changes a σ by at most 1 %.
 constexpr double kErrorsMatter = 0.02;
-// The number of lags after which a filter retains exp(-10) of an input, one part in 20,000.
+// After so many lags, a filter retains exp(-10) of an input, one part in 20,000.
 constexpr double kForgotten = 10.0;
 // Step of central differences, as a share of half the range and of the fastest rate: their error is
 // of order 1e-8.
 constexpr double kSlopeStep = 1e-4;
 
-// Normal equations of chosen columns, summed over all blocks but one.
+// The normal equations of the chosen columns, summed over all blocks except one.
 struct NormalEquations {
   Eigen::MatrixXd matrix;
   Eigen::VectorXd right;
@@ -177,7 +178,8 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
                                    const Eigen::VectorXd& residuals,
                                    const std::vector<int>& attitudes,
                                    int count) {
-  // Columns are scaled to size 1, since a lag's column may be far smaller than the others.
+  // All columns are scaled to size 1, since the column of a lag may be far smaller than the other
+  // columns.
   const Eigen::VectorXd size = columns.colwise().norm().transpose().cwiseMax(1e-300);
   const Eigen::MatrixXd scaled = columns * size.cwiseInverse().asDiagonal();
   const Eigen::MatrixXd inverse =
@@ -219,7 +221,8 @@ Eigen::MatrixXd SandwichCovariance(const Eigen::MatrixXd& columns,
       others -= omega(error - TimesVector(scaled, normal.SolveVector(right)));
     });
   }
-  // `others` must contain the readings' own noise. If it came out smaller, it is raised to that.
+  // `others` must be at least the effect of the readings' own noise. If it is smaller, it is raised
+  // to that effect.
   const Cholesky root(TransposeTimes(ScaledRows(variances, weighted), weighted));
   if (matters && root.is_positive()) {
     const SymmetricEigen eigen =

@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// One axis fitted with given terms and lags.
+// The result of fitting one axis with given terms and lags.
 struct SweepFit {
   ThermalOptions terms;
   SweepLags lags;
@@ -25,7 +25,7 @@ struct SweepFit {
 // The correlation of neighbouring residuals in the same attitude.
 double CorrelationOf(const Eigen::VectorXd& residuals, const std::vector<int>& attitudes);
 
-// Number of independent readings with as much information as `count` correlated ones.
+// The number of independent readings that have as much information as `count` correlated readings.
 double EffectiveCount(double count, double correlation);
 
 // Long-run covariance of the scores: products of each row with itself and with neighbouring rows.
@@ -88,21 +88,23 @@ double WeightedSquareAt(const SweepProblem& problem,
                         const ThermalOptions& terms,
                         const SweepLags& lags);
 
-// WeightedSquareAt from the blocks' sums alone; `but`: the fold that is left out, or -1.
+// WeightedSquareAt, computed from the sums of the blocks alone. `but`: the fold that is left out,
+// or -1 for none.
 double WeightedSquare(const std::vector<SweepBlock>& blocks,
                       const std::vector<int>& columns,
                       int axis,
                       int but);
 
-// Sum of r^2 over a fold that is predicted by the others. If the others do not determine an
-// attitude's constant, it is taken from the fold itself.
+// The sum of r^2 over a fold that is predicted from the other folds. If these do not determine the
+// constant of an attitude, it is taken from the fold itself.
 double HeldOutSquare(const std::vector<SweepBlock>& blocks,
                      const std::vector<int>& columns,
                      int attitude_count,
                      int axis,
                      int fold);
 
-// RMS of all windows' residuals, each from a fit without the window's fold, at given lags.
+// The RMS of the residuals of all windows at given lags. Each residual is from a fit without the
+// fold of its window.
 double HeldOutRms(SweepProblem* problem,
                   int axis,
                   const ThermalOptions& terms,

@@ -13,14 +13,16 @@
 namespace truetriad {
 namespace {
 
-// Half-width, as a share of the range, of the kernel that smooths the time spent at a temperature.
+// The half-width of the kernel that smooths the time spent at a temperature, as a share of the
+// temperature range.
 constexpr double kKernelShare = 1.0 / 20.0;
-// Number of bins of the range; the kernel's half-width has 20.
+// The number of bins of the temperature range; the half-width of the kernel has 20 bins.
 constexpr int kBins = 400;
-// Least time at a temperature, as a share of the mean: it bounds the weight of a temperature that
-// the sweep hardly dwelt at.
+// Least time at a temperature, as a share of the mean: it bounds the weight of a temperature at
+// which the sweep spent hardly any time.
 constexpr double kLeastDensity = 1.0 / 500.0;
-// Straight pieces that stand for any function of temperature, each a tenth of the range.
+// The number of straight pieces that represent an arbitrary function of temperature; each spans a
+// tenth of the range.
 constexpr int kPieces = 10;
 
 // The temperature of an axis and its rate, after the axis' lags, over the whole track.

@@ -15,7 +15,7 @@
 
 namespace truetriad {
 
-// Lags of one axis, s; 0: none. model/thermal.h.
+// The lags of one axis, s; 0 means no lag. model/thermal.h.
 struct SweepLags {
   double element_s = 0.0;
   double rate_s = 0.0;
@@ -34,7 +34,8 @@ class SweepFilter {
   FirstOrderLag element_lag_, rate_lag_;
 };
 
-// Sums over one block of time for all columns, from which any subset of them is fitted and tested.
+// Sums over one block of time for all columns. Any subset of the columns can be fitted and tested
+// from these sums.
 struct SweepBlock {
   Eigen::MatrixXd weighted, plain;                                       // X^T W X, X^T X
   Eigen::Matrix<double, Eigen::Dynamic, 3> weighted_right, plain_right;  // X^T W y, X^T y by axis
@@ -78,7 +79,7 @@ class SweepProblem {
   int knot_column(int knot, bool curve) const {
     return attitude_count_ + kMaxThermalVectors + 2 * knot + (curve ? 1 : 0);
   }
-  // SetKnots changes the columns.
+  // SetKnots changes the columns of the knots.
   const std::vector<double>& knots_degc() const { return knots_degc_; }
   void SetKnots(std::vector<double> knots_degc);
   const std::vector<int>& fold_begin() const { return fold_begin_; }
@@ -109,10 +110,10 @@ class SweepProblem {
   Eigen::Vector2d AmbientOf(int i) const;
   // All columns at these temperatures and rates.
   Eigen::MatrixXd Columns(const Eigen::MatrixX2d& states) const;
-  // The sums of each fold; kept for each pair of lags.
+  // Sums of each fold. They are kept, so that they are computed only once for each pair of lags.
   const std::vector<SweepBlock>& Blocks(const SweepLags& lags);
 
-  // Share of the RMS of a rate term's column that neither any function of temperature nor the
+  // The share of the RMS of a rate term's column that neither a function of temperature nor the
   // columns in `beside` explain.
   double ShareOfItsOwn(const Eigen::MatrixX2d& states,
                        RateTerm rate,

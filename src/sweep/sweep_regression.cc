@@ -23,10 +23,10 @@ namespace truetriad {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Terms in the regression must leave this share of another term's RMS unexplained: at 0.1 they make
-// its variance 100 times as large.
+// A term is tested only if the terms in the regression leave this share of its RMS unexplained. At
+// 0.1 they make its variance 100 times as large.
 constexpr double kShareOfItsOwn = 0.1;
-// Readings of attitudes count as one if they differ by less than this share of the largest.
+// If readings of attitudes differ by less than this share of the largest, they count as equal.
 constexpr double kOtherReading = 0.05;
 // Most steps: far more than the number of terms, which is at most 21.
 constexpr int kMostSteps = 60;
@@ -37,7 +37,7 @@ constexpr std::array<const char*, kRegressionFactors> kLetters = {"r", "tau", "T
 constexpr std::array<const char*, kRegressionFactors> kUnits = {
     "", "degC", "degC/s", "degC", "degC/s"};
 
-// A term as the product of up to two factors, by number; -1: none.
+// A term as the product of up to two factors, which are given by their numbers; -1 means no factor.
 struct Product {
   int first = -1, second = -1;
 
@@ -118,16 +118,16 @@ class Regression {
     }
     SetLevels(LevelOfAttitudes(axis), &factors);
     // A level is an attitude's reading at the reference temperature, where the other factors are
-    // zero: the regression itself estimates it. Chosen: 8 rounds, each from the levels of the round
-    // before.
+    // zero: the regression itself estimates it. Chosen: 8 rounds, each of which starts from the
+    // levels of the previous round.
     constexpr int kRounds = 8;
     for (int round = 0; round < kRounds && products_.size() > 1; ++round) {
       const Eigen::VectorXd level = FitColumns(With(candidates_), reading_, weights_)
                                         .coefficients.head(problem.attitude_count())
                                         .array() +
                                     problem.origin()[axis];
-      // If a level moves by more than a fifth of the largest, levels are poorly determined and
-      // stay.
+      // If a level moves by more than a fifth of the largest level, the levels are poorly
+      // determined and are not changed.
       constexpr double kMuch = 0.2;
       const Eigen::VectorXd before = levels_;
       if ((level - before).cwiseAbs().maxCoeff() > kMuch * before.cwiseAbs().maxCoeff()) break;
@@ -145,7 +145,7 @@ class Regression {
     const double share = 1.0 / std::max<double>(1.0, static_cast<double>(candidates_.size()));
     result.enter_p = kEnterRegression * share;
     result.leave_p = kLeaveRegression * share;
-    // Fewer than three windows per term are too few for a test.
+    // If there are fewer than three windows per term, nothing is tested.
     if (windows_ >= 3 * static_cast<int>(products_.size())) Step(&result);
     Describe(raw_unit, &result);
     return result;
@@ -171,7 +171,7 @@ class Regression {
     NameUntold(levels, *factors);
   }
 
-  // First estimate of the attitudes' readings at the reference temperature: their windows' mean.
+  // First estimate of each attitude's reading at the reference temperature: its windows' mean.
   Eigen::VectorXd LevelOfAttitudes(int axis) const {
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(problem_.attitude_count()), count = sum;
     for (int i = 0; i < problem_.size(); ++i) {
@@ -182,7 +182,7 @@ class Regression {
     return sum.cwiseQuotient(count.cwiseMax(1.0));
   }
 
-  // Separates the candidates from the terms that no sweep can determine, or that this one cannot.
+  // Separates the candidates from the terms that no sweep, or not this one, can determine.
   void NameUntold(const Eigen::VectorXd& level, const Eigen::MatrixXd& factors) {
     candidates_.clear(), untold_.clear();
     constexpr int kReading = static_cast<int>(RegressionFactor::kReading);
@@ -194,7 +194,9 @@ class Regression {
       const bool of_reading_alone =
           term.first == kReading && (term.second < 0 || term.second == kReading);
       if (term.first < 0 || of_reading_alone) {
-        why = "absorbed by the constant of each attitude: a static calibration determines it";
+        why =
+            "not determined by a sweep, since the constant of each attitude absorbs it; a static "
+            "calibration determines it";
       } else if (term.Has(kReading) && one_reading) {
         why =
             "all attitudes read the same on this axis, so terms with r cannot be separated from "
@@ -226,15 +228,16 @@ class Regression {
                      std::abs(problem_.origin()[axis]) * std::sqrt(static_cast<double>(windows_)));
   }
 
-  // Columns of the constants, then of the terms.
+  // The columns of the constants, followed by those of `terms`.
   Eigen::MatrixXd With(const std::vector<int>& terms) const {
     Eigen::MatrixXd columns(constants_.rows(), constants_.cols() + std::ssize(terms));
     columns << constants_, columns_(Eigen::all, terms);
     return columns;
   }
 
-  // Tests each of `tested` beside `others` (Frisch and Waugh 1933: estimate and covariance depend
-  // only on the residuals of column and reading after a regression on the others).
+  // Tests each column `tested` beside those in `others` (Frisch and Waugh 1933: estimate and
+  // covariance depend only on the residuals of column and reading after a regression on the
+  // others).
   std::vector<PartialTest> TestBeside(const std::vector<int>& others,
                                       const std::vector<int>& tested) const {
     const Eigen::MatrixXd beside = root_.asDiagonal() * With(others);
@@ -291,12 +294,14 @@ class Regression {
       }
       std::vector<int> sorted = chosen_;
       std::sort(sorted.begin(), sorted.end());
-      if (!seen.insert(sorted).second) break;  // This set was chosen before.
+      if (!seen.insert(sorted).second)
+        break;  // This set of terms was chosen before, so that the
+                // steps would repeat.
     }
     std::sort(chosen_.begin(), chosen_.end());
   }
 
-  // Removes the least significant term that is to leave, except `entered`; false if there is none.
+  // Removes the least significant term that has to leave, except `entered`. False: there is none.
   bool Remove(int entered, SweepRegression* result) {
     int worst = -1;
     PartialTest least;
@@ -401,7 +406,7 @@ class Regression {
   Eigen::VectorXd noise_;                // residuals that serve as noise
   double correlation_ = 0.0, dof_ = 1.0, rounding_ = 0.0;
   std::vector<int> candidates_, chosen_;
-  std::vector<std::string> untold_;  // why a product is no candidate, or empty
+  std::vector<std::string> untold_;  // why each product is no candidate; empty for candidates
 };
 
 }  // namespace

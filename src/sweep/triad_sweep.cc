@@ -19,7 +19,8 @@
 namespace truetriad {
 namespace {
 
-// Chosen: most windows of a chart; more would add no detail, so that longer sweeps are thinned out.
+// Chosen: the largest number of windows in a chart. More would show no more detail, so the windows
+// of longer sweeps are thinned out.
 constexpr int kMostShown = 400;
 
 ThermalBlock BlockOf(const ThermalOptions& terms) {
@@ -29,12 +30,12 @@ ThermalBlock BlockOf(const ThermalOptions& terms) {
   return block;
 }
 
-// Number of columns of the knots of an axis.
+// The number of columns that the knots of an axis need.
 Eigen::Index KnotColumns(const ThermalOptions& terms) {
   return static_cast<Eigen::Index>(terms.knots_degc.size()) * (terms.smooth_knots ? 1 : 2);
 }
 
-// Terms in tau of one axis, in the order of TermsOf.
+// The terms of one axis as powers of tau, in the order of TermsOf.
 struct TermsInTau {
   Eigen::VectorXd values;
   Eigen::MatrixXd covariance;
@@ -62,8 +63,8 @@ TermsInTau InTau(const SweepProblem& problem, int axis, const SweepFit& fit) {
   return terms;
 }
 
-// Widens the variance of each term in tau of `fit` by the square of its shift from `fit` to
-// `higher`, without correlations between terms. Returns the largest of these shifts in σ.
+// For each term in tau of `fit`, adds the square of its shift from `fit` to `higher` to its
+// variance; correlations between terms are left out. Returns the largest of these shifts in σ.
 double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, SweepFit* fit) {
   const int order = fit->terms.bias_order, more = higher.terms.bias_order - order;
   const TermsInTau without = InTau(problem, axis, *fit);
@@ -82,7 +83,7 @@ double WidenBy(const SweepProblem& problem, int axis, const SweepFit& higher, Sw
   return std::sqrt((variances > 0.0).select(moved.array().square() / variances, 0.0).maxCoeff());
 }
 
-// A term: its name in the covariance, and the place of its value.
+// A term: its name in the covariance, and where its value is stored.
 struct NamedTerm {
   std::string name;
   double* value;
@@ -130,12 +131,12 @@ std::vector<NamedTerm> TermsOf(Triad triad,
   return terms;
 }
 
-// Mean residual while heating minus that while cooling, in the middle half of the temperatures that
-// both passed; NaN if there are none.
+// The mean residual while heating minus that while cooling, over the middle half of the
+// temperatures that were passed in both directions; NaN if there are none.
 double BranchGap(const SweepProblem& problem, const Eigen::VectorXd& residuals) {
   // Bins of 2.5 % of the range each.
   constexpr int kTemperatureBins = 40;
-  constexpr double kMoving = 0.1;  // of the fastest rate; slower windows count as neither
+  constexpr double kMoving = 0.1;  // of the fastest rate; slower windows are left out
   Eigen::ArrayX2d sum = Eigen::ArrayX2d::Zero(kTemperatureBins, 2), count = sum;
   const ThermalScale& scale = problem.scale();
   for (int i = 0; i < problem.size(); ++i) {
@@ -236,7 +237,8 @@ void ShowWindows(SweepProblem* problem,
   }
 }
 
-// The static calibration's part for a triad. Errors: it does not fit the recording.
+// The triad's part of the static calibration. Errors: this part is missing or does not fit the
+// recording.
 Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
                                       Triad triad,
                                       const std::string& unit) {
@@ -247,8 +249,8 @@ Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
     return Error(ErrorCode::kMissingSensor,
                  {sweep.static_file},
                  "has no " + name +
-                     ", which the sweep is to complete; calibrate this sensor too, or take it out "
-                     "of the sweep");
+                     ", to which the sweep would add temperature terms; calibrate this sensor "
+                     "there too, or take it out of the sweep");
   }
   if (sensor->input_unit != unit) {
     return Error(ErrorCode::kUnitMismatch,
@@ -260,8 +262,8 @@ Result<TriadCalibration> StaticSensor(const SweepOptions& sweep,
     return Error(ErrorCode::kDoesNotMatch,
                  {sweep.static_file},
                  "the " + name +
-                     " has temperature terms already; a sweep completes a calibration at one "
-                     "temperature");
+                     " has temperature terms already; a sweep adds them to a calibration at one "
+                     "temperature: give one without `thermal:`");
   }
   return *sensor;
 }
@@ -331,7 +333,7 @@ void TriadSweep::TakeTerms(int axis, TriadCalibration* sensor) {
   const SweepFit& fit = choices_.back().fit;
   const TermsInTau in_tau = InTau(problem_, axis, fit);
   const std::vector<NamedTerm> terms = TermsOf(triad_, axis, fit, sensor);
-  // Only for a gyroscope does the constant determine the bias.
+  // The constant determines the bias only for a gyroscope.
   const std::size_t first = triad_ == Triad::kGyroscope ? 0 : 1;
   ListedTerms& listed = listed_.emplace_back();
   for (std::size_t i = first; i < terms.size(); ++i) {

@@ -43,7 +43,7 @@ namespace truetriad {
 //
 // visit, If and OrNull return whether the field was present. V::kReads: whether fields are read.
 
-/// Thing is Of or const Of: the same list of fields serves readers and writers.
+/// Whether Thing is Of or const Of, so that one list of fields serves readers and writers.
 template <typename Thing, typename Of>
 concept Like = std::same_as<std::remove_const_t<Thing>, Of>;
 
@@ -58,7 +58,7 @@ enum class Style {
 template <typename T>
 inline constexpr bool kIsRow = false;
 
-/// The condition of a field that is always written but missing in older files: visit.If(kNewer, …).
+/// The condition of a field that is always written, but that older files lack: visit.If(kNewer, …).
 inline constexpr bool kNewer = true;
 
 /// A text that is one word and needs no quotes.

@@ -689,7 +689,7 @@ TEST_F(Convert, WithoutATimeKeepsRowsTogether) {
   const std::string units = "--units=m/s^2,uT";
   Finished run = Run("json", file, {columns, units});
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("time=none if every row is one reading at rest"));
+  EXPECT_THAT(run.err, HasSubstr("time=none if each row is the reading of one rest"));
   ExpectNothingWritten();
   run = Run("json", file, {columns + ",time=none", units});
   ASSERT_EQ(run.exit_code, 0) << run.err;

@@ -90,7 +90,7 @@ TEST_F(FleetShards, AreNotJudgedByDifferentLimitsInSilence) {
               0);
   }
   EXPECT_THAT(Fleet("collect out/0.jsonl out/1.jsonl --store=all.db").err,
-              HasSubstr("not all units were judged by the same limits of accelerometer.bias"));
+              HasSubstr("the units were judged by different limits of accelerometer.bias"));
 }
 
 // In both kinds of store.
@@ -129,7 +129,7 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
   const Finished back = Fleet("dispose u1 --store=out/fleet.db --who=Roe --verdict=PASS --why=it");
   EXPECT_EQ(back.exit_code, 1);
-  EXPECT_THAT(back.err, HasSubstr("its readings count for unit `w1`"));
+  EXPECT_THAT(back.err, HasSubstr("its readings belong to unit `w1`"));
   // Of both, the one whose number was wrong is the copy.
   fs::rename(folder_.Path("u1.csv"), folder_.Path("line/u1.csv"));
   EXPECT_THAT(
@@ -141,7 +141,7 @@ TEST_F(FleetShards, TakeNoCopyForAnotherUnit) {
   EXPECT_EQ(Fleet(again).exit_code, 0);
   EXPECT_EQ(Fleet("run line/w1.csv -o out").exit_code, 0);
   EXPECT_THAT(Fleet(again + " --wrong-serial=false").err,
-              HasSubstr("its readings count for unit `w1`"));
+              HasSubstr("its readings belong to unit `w1`"));
   // Once they count for no other unit, they are given back.
   EXPECT_EQ(
       Fleet("dispose w1 --store=out/fleet.db --who=Roe --verdict=FAIL --why=u1 --wrong-serial")

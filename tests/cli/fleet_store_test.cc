@@ -147,13 +147,14 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitThatFailsWhenItIsMeasuredAgain) {
       "'" TRUETRIAD_BINARY "' export '" + folder + "/calibration.yaml' --to=px4 --output=u.params";
   const Finished refused = Shell(to_export);
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and is FAIL"));
+  EXPECT_THAT(refused.err, HasSubstr("it is the unit's current run, and is FAIL"));
   // What passes later lifts it; what was withdrawn is exported again.
   MeasureAgain(8);
   ASSERT_EQ(run("5").exit_code, 0);
   const Finished exported = Shell(to_export);
   EXPECT_EQ(exported.exit_code, 0);
-  EXPECT_THAT(exported.err, HasSubstr("another run counts for this unit; the unit is PASS"));
+  EXPECT_THAT(exported.err,
+              HasSubstr("another run is the current run of this unit; the unit is PASS"));
   EXPECT_THAT(Shell("'" TRUETRIAD_BINARY "' export \"$(ls -d out/units/u100/* | tail -n 1)\"/"
                     "calibration.yaml --to=px4 --output=u.params")
                   .err,
@@ -192,7 +193,7 @@ TEST_F(FleetStore, HoldsBackEarlierRunsOfAUnitWhoseLogCannotBeRead) {
   const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + folder +
                                  "/calibration.yaml' --to=px4 --output=u.params");
   EXPECT_EQ(refused.exit_code, 2);
-  EXPECT_THAT(refused.err, HasSubstr("that run of the unit counts, and has no calibration"));
+  EXPECT_THAT(refused.err, HasSubstr("it is the unit's current run, and has no calibration"));
 }
 
 TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
@@ -207,7 +208,7 @@ TEST_F(FleetStore, MakesUpForWhatEarlierRunsCouldNotBeTold) {
   MeasureAgain(7);
   const Finished fails = run("0.0001");
   EXPECT_EQ(fails.exit_code, 4);
-  EXPECT_THAT(fails.err, HasSubstr("`export` of these files ignores this"));
+  EXPECT_THAT(fails.err, HasSubstr("`export` of these files does not notice the unit's verdict"));
   EXPECT_THAT(fails.out, HasSubstr("files of earlier runs could not be changed"));
   fs::rename(folder_.Path("away"), folder);
   ASSERT_TRUE(fs::exists(folder + "/px4.params"));
@@ -331,7 +332,7 @@ TEST_F(FleetStore, DecidesAboutTheFilesThatWereCopiedWithIt) {
   fs::remove_all(folder_.Path("out/units"));
   const Finished unreached = Shell(dispose + "out/fleet.db");
   EXPECT_EQ(unreached.exit_code, 4);
-  EXPECT_THAT(unreached.err, HasSubstr("`export` from there does not notice this decision"));
+  EXPECT_THAT(unreached.err, HasSubstr("`export` of these files does not notice this decision"));
 }
 
 TEST_F(FleetStore, ExportsWhatTheStoreSaysIntoWhichItsOwnWasCollected) {
@@ -448,7 +449,7 @@ TEST_F(FleetStore, ExchangesTwoSerialNumbers) {
                                        "--wrong-serial --why=again --run=" +
                                        given_up))
                     .out,
-                AllOf(StartsWith("X2: run " + given_up), HasSubstr("PASS by run ")));
+                AllOf(StartsWith("X2: run " + given_up), HasSubstr("PASS by its current run ")));
     // What was given up leaves under no number.
     EXPECT_FALSE(fs::exists(first + "/px4.params"));
     const Finished refused = Shell("'" TRUETRIAD_BINARY "' export '" + first +

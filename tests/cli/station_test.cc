@@ -90,12 +90,12 @@ TEST_F(CheckStation, AgreesAsTheLastRecordingOfItsGoldenUnit) {
   EXPECT_EQ(check("bent", bent, 3).exit_code, 4);
   const Finished earlier = check("earlier", {.seed = 8}, 4);
   EXPECT_EQ(earlier.exit_code, 4);
-  EXPECT_THAT(earlier.out, HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"));
+  EXPECT_THAT(earlier.out, HasSubstr("DOES NOT COUNT: a later recording of the golden unit"));
   EXPECT_EQ(check("later", {.seed = 9}, 2).exit_code, 0);
   const Finished again = check("bent", bent, 3);
   EXPECT_EQ(again.exit_code, 4);
   EXPECT_THAT(again.out,
-              AllOf(HasSubstr("DOES NOT COUNT: the golden unit was recorded again since"),
+              AllOf(HasSubstr("DOES NOT COUNT: a later recording of the golden unit"),
                     HasSubstr(", and agreed"),
                     HasSubstr("STATION DOES NOT AGREE")));
   EXPECT_THAT(again.err, HasSubstr("copying may have changed it"));

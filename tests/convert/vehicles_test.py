@@ -111,7 +111,7 @@ class Vehicles(unittest.TestCase):
             self.assertEqual(found["CAL_GYRO2_ID"], vehicles.GYROSCOPES[1].number)
         # Another firmware has other numbers for them.
         done = truetriad("export", calibration, "--to=ardupilot", "--output", self.out / "one.param")
-        self.assertIn("has its own device ids", done.stderr)
+        self.assertIn("uses other device ids", done.stderr)
         self.assertNotIn("INS_ACC_ID", self.parameters("one.param", ",", 0))
         # Recordings of different sensors are no sessions of one.
         done = truetriad("calibrate", self.out / "recording/recording.yaml", self.out / "recording/recording-1.yaml",
@@ -169,7 +169,7 @@ class Vehicles(unittest.TestCase):
         log = self.log(vehicles.ulog, "flight.ulg", rests=14, parameters=own)
         done = self.calibrate(log, "--to=px4", code=3)
         self.assertIn("instance 1: is not written: none of the log's CAL_GYRO0_ID to CAL_GYRO3_ID is free for the gyroscope: "
-                      "each belongs to another sensor, or the log does not state the id of this one; state its id with --id", done.stderr)
+                      "each belongs to another sensor, or the log does not state this sensor's own id; state this id with --id", done.stderr)
         # The results are there, and the others are exported.
         self.assertTrue((self.out / "instance-1" / "calibration.yaml").exists())
         found = self.parameters("px4.params", "\t", 2)
@@ -291,8 +291,8 @@ class Vehicles(unittest.TestCase):
         done = self.calibrate(log, code=3)
         self.assertIn("too slow for turns and rests", done.stdout)
         self.assertNotIn("ms as s", done.stdout)
-        self.assertIn("too slow for a calibration; SDLOG_MODE 2 logs unarmed", done.stderr)
-        self.assertIn("PX4 logs unarmed with SDLOG_MODE=2", done.stderr)
+        self.assertIn("too slow for a calibration; SDLOG_MODE 2 logs while unarmed", done.stderr)
+        self.assertIn("PX4 logs while unarmed if SDLOG_MODE=2", done.stderr)
 
     def test_a_log_at_5_hz_is_slow_enough_and_a_gap_does_not_matter(self):
         log = self.log(vehicles.ulog, "slow.ulg", rests=3, rest_s=5.0, turn_s=2.0, rate_hz=5)
@@ -366,7 +366,7 @@ class Vehicles(unittest.TestCase):
         # Alone it is the same; with limits it is not passed, and what an error names is said to be gone.
         self.calibrate(log, "--instance=0", "--overwrite", code=3)
         done = self.calibrate(log, "--instance=0", "--overwrite", "--set=limits.gyroscope.bias=1", code=2)
-        self.assertIn("that recording was temporary", done.stderr)
+        self.assertIn("this recording was temporary", done.stderr)
 
     def test_no_later_result_takes_the_place_of_one_with_more(self):
         good = self.log(vehicles.ulog, "good.ulg", rests=14)

@@ -157,7 +157,7 @@ TEST_F(Collecting, SaysWhichDecisionAnotherStationsRecordingLifts) {
   before.verdict = Verdict::kNoResult;
   ASSERT_TRUE((*OpenStore(later))->Add(before));
   EXPECT_THAT(Collect({later}, target_)->notes,
-              Contains("unit '1: PASS by run " + run.id + ", which counts"));
+              Contains("unit '1: PASS by its current run " + run.id));
 }
 
 TEST_F(Collecting, NamesTheShardsThatAreMissing) {
@@ -226,17 +226,17 @@ TEST_F(Collecting, TakesWhatIsNotFinishedOnlyWhenTold) {
   folder_.Write("1.jsonl", whole.substr(0, second) + whole.substr(third));
   EXPECT_THAT(
       Collect({good, cut}, target_).error().message,
-      HasSubstr("states that 2 runs, 0 decisions and 0 checks of stations are above it, but "
-                "there are 1 runs"));
+      HasSubstr("states that 2 runs, 0 decisions and 0 checks of stations are on the lines above, "
+                "but there are 1 runs"));
 }
 
 TEST_F(Collecting, IsIntoAnotherStore) {
   const std::string source = Written("0.jsonl", {}, {"1"});
-  EXPECT_THAT(Collect({source}, source).error().message, HasSubstr("cannot be collected into"));
+  EXPECT_THAT(Collect({source}, source).error().message, HasSubstr("cannot be the target"));
   ASSERT_TRUE(Collect({source}, target_));
   std::filesystem::create_symlink("all.db", folder_.Path("link.db"));
   EXPECT_THAT(Collect({folder_.Path("link.db")}, "sqlite:" + target_).error().message,
-              HasSubstr("is the target store itself"));
+              HasSubstr("is the target (--store) itself"));
 }
 
 TEST_F(Collecting, TakesDispositionsAndChecksOfStationsAlong) {

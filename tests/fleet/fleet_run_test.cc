@@ -203,8 +203,8 @@ TEST_F(Engine, RefusesARecordingThatStatesAnotherStation) {
   EXPECT_EQ(Runs()[0].verdict, Verdict::kNoResult);
   EXPECT_EQ(Runs()[0].message,
             folder_.Path("recording.yaml") +
-                ": states station `S2`, but the unit is to be of station `S1` (--tag, list or "
-                "experiment); correct the one that is wrong");
+                ": states station `S2`, but --tag, the list or the experiment states station "
+                "`S1` for this unit; correct the wrong one");
   options_.plan.tags.station = "S2";
   options_.plan.overrides = {"run.station=\"S2\""};
   ASSERT_TRUE(Run());
@@ -279,7 +279,7 @@ TEST_F(Engine, SaysInWordsWhatOverrulesARun) {
   ASSERT_TRUE(store_->Add(first));
   const Result<FleetProgress> progress = Run();
   ASSERT_TRUE(progress) << progress.error().message;
-  EXPECT_EQ(progress->overruled.at("u0"), "NO RESULT by run " + first.id + ", which counts");
+  EXPECT_EQ(progress->overruled.at("u0"), "NO RESULT by its current run " + first.id);
 }
 
 TEST_F(Engine, CountsUnitsThatAreLeftOutByTheRunThatCounts) {
@@ -408,7 +408,7 @@ TEST_F(Engine, SaysByWhichOtherLimitsAUnitIsGood) {
   };
   const std::string narrow = "limits.accelerometer.bias=0.0001",
                     wide = "limits.accelerometer.bias=5";
-  const auto was_fail = ::testing::StartsWith("u0: was FAIL by accelerometer.bias.");
+  const auto was_fail = ::testing::StartsWith("u0: was FAIL because of accelerometer.bias.");
   run({narrow});
   EXPECT_THAT(warnings_, IsEmpty());
   run({wide});
@@ -553,19 +553,20 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   ASSERT_TRUE((*store)->AddStationCheck(other));
   EXPECT_THAT(why(), HasSubstr("no check of its golden unit"));
   check(3700.0, true);
-  EXPECT_THAT(why(), HasSubstr("1.028 h ago, but a check may be at most 1 h old"));
+  EXPECT_THAT(why(), HasSubstr("is 1.028 h old, but may be at most 1 h old"));
   check(20.0, true);
   EXPECT_EQ(why(), "");
   // However long ago, and whatever other golden units say.
   check(3650.0, false, "G0");
   EXPECT_THAT(why(),
-              AllOf(HasSubstr("did not agree with its golden unit G0 as recorded"),
+              AllOf(HasSubstr("the last check of golden unit G0, recorded at"),
+                    HasSubstr("did not agree with the reference"),
                     HasSubstr("give the station another name")));
   check(3640.0, true, "G0");
   EXPECT_EQ(why(), "");
   check(12.0, false, "G2");
   check(11.0, true, "G3");
-  EXPECT_THAT(why(), HasSubstr("did not agree with its golden unit G2 as recorded"));
+  EXPECT_THAT(why(), HasSubstr("the last check of golden unit G2, recorded at"));
   check(9.0, true, "G2");
   EXPECT_EQ(why(), "");
   check(10.0, false);
@@ -574,7 +575,7 @@ TEST(GoldenHold, IsForAStationThatWasNotCheckedInTimeOrDidNotAgree) {
   check(15.0, true);
   EXPECT_THAT(why(), HasSubstr("did not agree"));
   check(-7200.0, true);
-  EXPECT_THAT(why(), HasSubstr("which is 2 h in the future"));
+  EXPECT_THAT(why(), HasSubstr("is 2 h in the future"));
 }
 
 TEST(PlanWork, RefusesWhatIsWrongWhateverSensorsALogHas) {

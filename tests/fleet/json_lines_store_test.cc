@@ -140,7 +140,7 @@ TEST_F(JsonLines, HaveOneWriter) {
   const std::unique_ptr<Store> store = Opened();
   const auto second = OpenStore(path_);
   ASSERT_FALSE(second);
-  EXPECT_THAT(second.error().message, HasSubstr("another run is writing to it"));
+  EXPECT_THAT(second.error().message, HasSubstr("another process is writing to this file"));
   // Who reads does not mind.
   EXPECT_THAT(Read(), IsEmpty());
 }

@@ -357,7 +357,7 @@ TEST_F(LineOfUnits, SaysWhenLimitsHaveChanged) {
   const Json summary = Summary();
   EXPECT_EQ(summary["limits"][0]["upper"], 0.3);
   EXPECT_EQ(summary["limits"][0]["other_limits"], 2);
-  EXPECT_THAT(SummaryText(summary), HasSubstr("Limits have changed"));
+  EXPECT_THAT(SummaryText(summary), HasSubstr("The limits of these quantities have changed"));
 }
 
 TEST_F(LineOfUnits, SaysHowStationsMeasureTheirGoldenUnits) {

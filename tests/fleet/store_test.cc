@@ -254,9 +254,9 @@ TEST_P(StoreTest, FindsTheRunsOfOtherUnitsWithTheSameReadings) {
   // Not once another unit has them.
   ASSERT_TRUE((*store)->Add(run("4", "A3", Verdict::kPass)));
   for (const Verdict verdict : kVerdictsOfPeople) {
-    EXPECT_THAT(decide("5a", verdict, false), HasSubstr("count for unit `A3` (run 4"));
+    EXPECT_THAT(decide("5a", verdict, false), HasSubstr("belong to unit `A3` (run 4"));
   }
-  EXPECT_THAT(decide("5a", Verdict::kPass), HasSubstr("count for unit `A3` (run 4"));
+  EXPECT_THAT(decide("5a", Verdict::kPass), HasSubstr("belong to unit `A3` (run 4"));
   EXPECT_EQ(decide("5a", Verdict::kFail), "");
   EXPECT_EQ(decide("5b", Verdict::kFail, true), "");
   other = run("3", "A3", Verdict::kPass);

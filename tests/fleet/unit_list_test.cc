@@ -147,7 +147,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
   for (const Mistake& mistake : std::vector<Mistake>{
            {"log,log\na/u1.csv,a/u2.csv\n", "`log` occurs twice", 1},
            {"log,serial,serial\na/u1.csv,1,2\n", "`serial` occurs twice", 1},
-           {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quotation mark is left open", 2},
+           {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quotation mark is not closed", 2},
            {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
            {"log,serial\n,7\n", "names no log", 2},
            {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
@@ -193,7 +193,7 @@ TEST_F(UnitList, IsRefusedWhereItsSerialIsNotThatOfTheName) {
   const Result<std::vector<UnitOrder>> units = ListUnits({list}, "{serial}.csv");
   ASSERT_FALSE(units);
   EXPECT_THAT(units.error().message,
-              HasSubstr("list.csv:3: states serial number `u3`, but by --serial={serial}.csv"));
+              HasSubstr("list.csv:3: states serial number `u3`, but --serial={serial}.csv"));
   EXPECT_TRUE(ListUnits({list}, "{serial}.log"));
 }
 
@@ -202,7 +202,7 @@ TEST_F(UnitList, IsOneThoughItsHeaderIsMisspelt) {
     folder_.Write("list.csv", std::string(header) + "\na/u1.csv,U1\n");
     const Error error = ErrorOf({folder_.Path("list.csv")});
     EXPECT_EQ(error.code, ErrorCode::kUnknownColumn) << header;
-    EXPECT_EQ(error.message.find("commas must separate") != std::string::npos,
+    EXPECT_EQ(error.message.find("separate its columns by commas") != std::string::npos,
               std::string(header).find(';') != std::string::npos);
   }
   EXPECT_THAT(ErrorOf({folder_.Path("nowhere/*.csv")}).message, HasSubstr("there is no folder "));
@@ -231,7 +231,7 @@ TEST_F(UnitList, TakesSerialsFromNames) {
   EXPECT_EQ(serial("{serial}_*.csv"), "A-17");
   EXPECT_EQ(serial("A-{serial}_*"), "17");
   EXPECT_EQ(serial("{serial}"), "A-17_2026");
-  EXPECT_THAT(serial("B{serial}.csv"), HasSubstr("is not named like"));
+  EXPECT_THAT(serial("B{serial}.csv"), HasSubstr("does not match the pattern"));
   EXPECT_THAT(serial("*.csv"), HasSubstr("{serial}"));
 }
 

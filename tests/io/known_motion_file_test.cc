@@ -86,7 +86,7 @@ TEST_F(KnownMotionFile, ReadsPlacesByTime) {
                     HasSubstr("motions.yaml:3"),
                     HasSubstr("end_s"),
                     HasSubstr("motions.yaml:4"),
-                    HasSubstr("states its place in several ways")));
+                    HasSubstr("states in several ways where in the recording it happens")));
 }
 
 TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
@@ -99,10 +99,10 @@ TEST_F(KnownMotionFile, SaysWhatIsWrongWithItsLine) {
   EXPECT_THAT(turns.error().message,
               AllOf(HasSubstr("motions.yaml:2"),
                     HasSubstr("10 to 5"),
-                    HasSubstr("states no place in the recording"),
+                    HasSubstr("does not state where in the recording it happens"),
                     HasSubstr("`w` is not among"),
                     HasSubstr("either `turns` or `degrees`"),
-                    HasSubstr("states its place in several ways"),
+                    HasSubstr("states in several ways where in the recording it happens"),
                     HasSubstr("angle is zero")));
   EXPECT_FALSE(ReadStatedRates(File("rates: []\n"), {}));
   const auto rates = ReadStatedRates(File("rates: [ { pose: 0, axis: x, degps: 1 } ]\n"), {});

@@ -281,7 +281,7 @@ TEST(ControlCharts, OfNothingAreNone) {
   const ChartReport report = ControlCharts(simulated.Units(10));
   ASSERT_EQ(report.stations.size(), 1U);
   EXPECT_EQ(report.stations[0].note,
-            "no charts: no parameter that varies has a value for at least 20 units");
+            "no charts: each parameter is constant or has values for fewer than 20 units");
 }
 
 // Alarms of a set of n units that judge each other are n / 370 on average, or fewer: over so many

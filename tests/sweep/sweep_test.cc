@@ -154,7 +154,8 @@ TEST(CalibrateSweep, SaysThatAStatedOrderIsTooLowAndAllowsForIt) {
     EXPECT_EQ(Find(calibration.findings, FindingCode::kSweepUnexplained) != nullptr, is_too_low)
         << order;
     if (!is_too_low) continue;
-    EXPECT_THAT(calibration.findings, Contains(Says(HasSubstr("the stated order of 1 leaves"))));
+    EXPECT_THAT(calibration.findings,
+                Contains(Says(HasSubstr("the stated bias_order of 1, residuals"))));
     const Eigen::VectorXd errors = ErrorsOf(calibration, sweep);
     for (Eigen::Index i = 0; i < errors.size(); ++i) {
       if (!(calibration.covariance.matrix(i, i) > 0.0)) continue;

@@ -4,9 +4,9 @@
 
     make_log.py dataflash|dataflash-raw|dataflash-2014|vectornav|ros1|ros2-db3 FILE MESSAGES [TRUTH.csv]
 
-The unit rests for 2 s in each of many attitudes and is sampled at 100 Hz. `dataflash`: the readings
-are corrected as ArduPilot does it (offsets, scales, a polynomial of temperature), of a board
-mounted upside down. `dataflash-raw`: also ACC and GYR, and IMU only for every fourth sample.
+The unit rests for 2 s in each of many attitudes and is sampled at 100 Hz. `dataflash`: a board
+mounted upside down, with readings corrected as by ArduPilot (offsets, scales, a polynomial of
+temperature). `dataflash-raw`: also ACC and GYR, and IMU only for every fourth sample.
 `dataflash-2014`: what ArduCopter 3.1 logged, with milliseconds, no temperature, and offsets
 subtracted last. TRUTH.csv gets the raw readings (not of ros1 and ros2-db3): time_ns, accel_x…z,
 gyro_x…z, mag_x…z.

@@ -24,8 +24,8 @@ need() {
 }
 need "$build/truetriad" "${files[@]/#/$logs/}"
 
-# tile TIMES: writes the recording TIMES in a row, with times that go on, for
-# $folder/recording.yaml. The two files of the pair hold the same times.
+# tile TIMES: writes the recording TIMES times in a row, with increasing time stamps, for
+# $folder/recording.yaml. The two files of the pair get the same time stamps.
 tile() {
   for file in "${files[@]}"; do
     awk -v times="$1" '

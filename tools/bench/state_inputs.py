@@ -412,7 +412,7 @@ def recording_rows(options, folder, experiment, log):
     arguments = [f"--config={options['configs']}/experiments/{experiment}.yaml"]
     if log:
         arguments.append(f"--input={log}")
-        if "s-tumble" in log:  # Its magnetometer reads per unit field.
+        if "s-tumble" in log:  # Its magnetometer readings are relative to the field.
             arguments.append("--set=units=trust,reference.field.strength_ut=1")
     yield with_each(options["programs"], {"id": f"recordings/{name}", "kind": name, "seen": True,
                                           "clean": False, "mild": False}, arguments, f"{folder}/out")

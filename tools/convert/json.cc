@@ -167,8 +167,8 @@ std::optional<Json> ParseLines(const std::string& text) {
 
 /// Reads the numbers of a JSON file. Keys of objects name them: "imu.acc". A list of numbers is a
 /// column, a list of lists a matrix. In a list of objects, or a file with one object on each line,
-/// each object is a row: {"t": 0, "acc": [1, 2, 3]} gives `t` and `acc`. null is no number, and
-/// neither is NaN, which some programs write. Other contents are left out. Error: unreadable, or
+/// each object is a row: {"t": 0, "acc": [1, 2, 3]} gives `t` and `acc`. null, and NaN, which some
+/// programs write, stand for missing numbers. Other contents are left out. Error: unreadable, or
 /// not JSON.
 Result<VariableFile> Open(const std::string& path) {
   std::ifstream file(path, std::ios::binary);

@@ -82,7 +82,7 @@ void Add(const Found& found, const Read& read, VariableFile* file) {
   } else if (kind == kSparse) {
     what = "a sparse matrix";
   } else if (kind == kStruct) {
-    what = "a struct or an array of them; name a field";
+    what = "a struct or an array of structs; name one of its fields";
   } else if (!IsNumeric(kind)) {
     what = "no array of numbers";
   } else if (is_complex) {
@@ -436,7 +436,8 @@ class Handle {
   hid_t id_;
 };
 
-/// The class that MATLAB states as an attribute. If another program wrote the numbers: their type.
+/// The class that MATLAB states as an attribute. If another program wrote the file, which states no
+/// class, returns the type of the numbers.
 std::uint32_t KindOf(hid_t object, hid_t type) {
   std::string word;
   if (H5Aexists(object, "MATLAB_class") > 0) {

@@ -74,8 +74,8 @@ class NodeLog {
   NodeLog& operator=(const NodeLog&) = delete;
 
   /// Returns the next line with data, valid until the next call, and prints the script's messages
-  /// before it; empty: the log has ended. Error: the script reports one, or ends before the log
-  /// does.
+  /// before it; empty: the log has ended. Error: the script reports an error, or ends before the
+  /// log has ended.
   Result<std::string_view> Next() {
     for (;;) {
       const ssize_t size = getline(&line_, &capacity_, lines_.get());

@@ -29,11 +29,11 @@ namespace {
 /// A VectorNav ASCII sentence with readings: magnetometer in gauss, accelerometer in m/s^2,
 /// gyroscope in rad/s, all in the unit's axes. VN-100, VN-200 and VN-300 user manuals.
 struct SentenceKind {
-  std::string_view name;                   ///< "VNYMR".
-  std::size_t fields = 0;                  ///< Number of numeric fields after the name.
-  std::size_t first = 0;                   ///< Index of the first reading among the fields.
-  std::vector<Triad> triads;               ///< The sensors in order, three numbers each.
-  bool compensated = false;                ///< By the unit: registers 23, 25, 84, learned values.
+  std::string_view name;      ///< "VNYMR".
+  std::size_t fields = 0;     ///< Number of numeric fields after the name.
+  std::size_t first = 0;      ///< Index of the first reading among the fields.
+  std::vector<Triad> triads;  ///< The sensors in order, three numbers each.
+  bool compensated = false;   ///< By the unit's registers 23, 25, 84 or learned values.
   std::optional<std::size_t> temperature;  ///< Index of the field with it, degC.
 };
 
@@ -213,9 +213,9 @@ struct Contents {
   }
 };
 
-/// Calls `take(text)` until it returns false. A text begins after a `$` and ends before the next
-/// `$` or at the end of its line; a line without `$` gives an empty text. Error: the file cannot be
-/// read.
+/// Calls `take(text)` for each text until `take` returns false. A text begins after a `$` and ends
+/// before the next `$` or at the end of its line; a line without `$` gives an empty text. Error:
+/// the file cannot be read.
 template <typename Take>
 Status EachSentence(const std::string& path, const Take& take) {
   TRUETRIAD_ASSIGN_OR_RETURN(const std::unique_ptr<ByteStream> bytes, ByteStream::Open(path));
@@ -353,7 +353,8 @@ Result<double> RateOf(const Arguments& arguments) {
                "--columns=" + PrintableLine(text) + ": expected a rate, as in time=40Hz");
 }
 
-/// The table for sentences of one kind. An invalid sentence gives no row, but takes up its time.
+/// The table for sentences of one kind. An invalid sentence gives no row, but later rows get the
+/// same times as if it had.
 struct Route {
   const SentenceKind* kind = nullptr;
   Table* table = nullptr;
@@ -414,7 +415,7 @@ class Conversion {
     return std::llround(static_cast<double>(route->sentences++) * (1e9 / rate_hz_));
   }
 
-  /// Counts a line without a name as a sample of the only kind, or of the kind that is due.
+  /// Counts a line without a name as a sample of the only kind, or of the kind that comes next.
   void TakeUnreadable() {
     const std::string* const due =
         is_alone_ && contents_.others.empty() ? nullptr : contents_.turns.After(previous_);

@@ -283,7 +283,7 @@ Result<std::vector<std::string>> OverridesAndTags() {
       return BadValue(
           "tag",
           tag,
-          ": a comma is part of the value; give the flag again for the next tag, --tag=" + next);
+          ": this comma would be part of the value; give each tag its own flag, --tag=" + next);
     }
     if (!keys.insert(key).second) {
       return Error(ErrorCode::kConflictingArguments,

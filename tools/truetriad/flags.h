@@ -64,7 +64,7 @@ Status CheckOneOf(std::string_view flag,
 /// Error (usage): --fail-on is neither empty nor `word`.
 Status CheckFailOn(const std::string& word);
 
-/// For verbs that write reports by default: whether to write one, which --report=false forbids.
+/// For verbs that write a report by default: whether to write it. --report=false forbids it.
 Result<bool> StatedReport(const std::string& hint = "");
 
 /// Parses a number, "12" or "0.5". Error (usage): `text` is no number; the message names the flag.
@@ -95,7 +95,7 @@ EmbeddedScript EmbeddedPlotScript();
 /// Prints information about a run to stderr, unless --quiet.
 void Note(const std::string& text);
 
-/// Prints a warning that must not be missed to stderr, also with --quiet.
+/// Prints a warning to stderr, also with --quiet, since it must not be missed.
 void Warn(const std::string& text);
 
 }  // namespace truetriad

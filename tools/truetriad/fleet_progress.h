@@ -30,7 +30,8 @@ inline constexpr char kProgressLines[] = "jsonl";
 /// The value of --store; without it, fleet.db in the output folder.
 std::string StatedStore();
 
-/// Opens the store of --store for reading. `asks`: the user's SQL will run, even without --where.
+/// Opens the store of --store for reading. `asks`: SQL that the user wrote will run. With --where
+/// this is known without `asks`.
 Result<std::unique_ptr<fleet::Store>> OpenStatedToRead(bool asks = false);
 
 /// Messages of `fleet run` and `fleet watch` on stderr. With --progress=jsonl, each run and note is

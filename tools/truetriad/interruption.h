@@ -4,7 +4,8 @@
 namespace truetriad {
 
 /// From now on, SIGINT and SIGTERM are recorded instead of ending the program, so that the program
-/// can remove incomplete files. A second one ends it. An ignored signal (nohup) stays ignored.
+/// can remove incomplete files. A second signal ends the program. A signal that was ignored before
+/// (nohup) stays ignored.
 void NoteInterruptions();
 
 /// Whether a signal was recorded.

@@ -17,8 +17,8 @@ DECLARE_string(columns);
 namespace truetriad {
 
 /// The path of `program`, which is part of this distribution and runs under Node. Error (usage):
-/// one of both is missing. The message begins with the `flag` that needs it, and states what to
-/// install.
+/// the program or Node is missing. The message begins with the `flag` that needs the program, and
+/// states what to install.
 Result<std::string> FindNodeProgram(const std::string& program, const std::string& flag);
 
 /// The exit code of a program, and its output if RunProgram captured it.
@@ -44,7 +44,8 @@ struct LogFormat {
 /// null: not a format to convert.
 const LogFormat* LogFormatOf(const std::string& log);
 
-/// Converts a log into `folder`. Returns the recordings by sensor instance; with --instance, one.
+/// Converts a log into `folder`. Returns the recordings by sensor instance; with --instance, only
+/// one.
 Result<std::map<int, std::string>> ConvertedLog(const LogFormat& format,
                                                 const std::string& log,
                                                 const std::string& folder);

@@ -85,13 +85,14 @@ Error UnknownFlag(const Command& command, const std::string& name) {
 }
 
 // Sets a command's flags from arguments. The parser of gflags would accept flags of other verbs and
-// of libraries, and of a repeated flag the last value.
+// of libraries, and would silently use the last value of a repeated flag.
 class FlagSetter {
  public:
   FlagSetter(const Command& command, const std::vector<std::string>& arguments)
       : command_(command), arguments_(arguments) {}
 
-  // Guards input files against being replaced: all given values that are files, except outputs.
+  // Guards input files against being replaced. Input files are all values of flags that name files,
+  // except outputs.
   void GuardInputs() const {
     for (const std::string& name : given_) {
       std::string value;

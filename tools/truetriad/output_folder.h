@@ -31,15 +31,16 @@ std::optional<Calibration> CalibrationIn(const std::string& file);
 /// Error (bad input), unless --overwrite is given: `file` is a calibration of another unit than
 /// `serial`. A calibration without serial number is not protected, nor is any other file.
 Status CheckIsOfUnit(const std::filesystem::path& file, const std::string& serial);
-/// Error as above: `file` holds the calibration `there`, which is of other sensors.
+/// Error as CheckIsOfUnit: `file` holds the calibration `there`, which is of other sensors.
 Status CheckMayReplace(const std::string& file,
                        const std::optional<Calibration>& there,
                        const Calibration& calibration);
-/// Error as above: `file`, which an export would replace, is no export of the unit `serial`.
+/// Error as CheckIsOfUnit: `file`, which an export would replace, is no export of the unit
+/// `serial`.
 Status CheckIsExport(const std::string& file, const std::string& serial);
 
-/// The suffix for the result `name` + `rest`, which must be kept as `name` + suffix + `rest`:
-/// ".previous". If a kept result of that name holds more than this one: ".previous-2" and so on.
+/// The suffix for a result to be kept: `name` + `rest` becomes `name` + suffix + `rest`. The suffix
+/// is ".previous", or ".previous-2" and so on if an earlier kept result holds more than this one.
 std::string PreviousSuffix(const std::filesystem::path& name, const std::string& rest);
 /// Renames the files `names` in `directory`, which a new result must not replace: calibration.yaml
 /// becomes calibration.previous.yaml. Prints a note.

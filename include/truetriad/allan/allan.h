@@ -38,7 +38,7 @@ struct AllanPoint {
 /// 0.664, 0.664 = sqrt(2 ln 2 / pi). IEEE Std 952-1997, C.1.3.
 struct BiasInstability {
   Interval coefficient;  ///< B, raw unit.
-  Interval minimum;      ///< Of the deviation curve, raw unit.
+  Interval minimum;      ///< Minimum of the deviation curve, raw unit.
   double tau_s = 0.0;    ///< tau of the minimum.
   bool at_end = false;   ///< B is an upper bound: the deviation falls to the end, or shows white
                          ///< noise only.
@@ -52,7 +52,8 @@ struct AllanAxis {
   std::vector<AllanPoint> points;  ///< Ascending in tau.
   std::optional<Interval>
       white_density;  ///< N, raw unit / sqrt(Hz): the line of slope -1/2 at tau = 1 s.
-  /// Range of tau over which N was fitted: as given, else where white noise prevails.
+  /// Range of tau over which N was fitted: the stated range or, without one, the range in which
+  /// white noise prevails.
   std::optional<std::array<double, 2>> white_range_s;
   std::optional<BiasInstability> instability;
   std::optional<Interval>
@@ -68,9 +69,9 @@ struct AllanTriad {
   std::int64_t samples = 0;
   double duration_s = 0.0;
   std::int64_t filled_samples = 0;  ///< Missing samples of short gaps, interpolated.
-  std::int64_t breaks = 0;          ///< Longer gaps, across which nothing is differenced.
-  /// The evidence that the unit was not at rest; empty: it was at rest. A disturbed triad has its
-  /// curves, but no coefficients, since they would describe the motion.
+  std::int64_t breaks = 0;          ///< Longer gaps; no difference is formed across them.
+  /// The evidence that the unit was not at rest; empty if it was at rest. A disturbed triad has
+  /// curves, but no coefficients, which would describe the motion.
   std::string disturbance;
   std::array<AllanAxis, 3> axes;
   std::vector<std::string> warnings;
@@ -81,7 +82,7 @@ struct AllanTriad {
 struct AllanResult {
   std::string source;
   std::string serial;
-  Tags tags;  ///< Of the recording; an Allan file keeps only `firmware` and `device_ids`.
+  Tags tags;  ///< The tags of the recording; an Allan file keeps only `firmware` and `device_ids`.
   std::vector<InputFile> inputs;
   std::vector<AllanTriad> triads;
 
@@ -99,7 +100,7 @@ struct AllanResult {
 };
 
 struct AllanOptions {
-  /// Rate of a recording without time, Hz. 0: the recording has time. Range: >= 0.
+  /// The rate of a recording without times, Hz; 0 if the recording has times. Range: >= 0.
   double rate_hz = 0.0;
   /// Range of tau over which N is fitted, seconds; unset: as AllanAxis::white_range_s.
   std::optional<std::array<double, 2>> white_range_s;
@@ -108,12 +109,12 @@ struct AllanOptions {
 /// The overlapping Allan deviation of every axis and the noises that the data show. Streams
 /// `source` once; memory does not grow with the length of the log.
 ///
-/// Up to ten missing samples in a row are filled by straight lines; nothing is differenced across
-/// longer gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). What
-/// else may bias the result (a clipped or dead axis, a temperature that drifts, a curve that the
-/// four noises do not describe) is a warning. Errors: no time and no rate, or a wrong option
-/// (usage); malformed readings, a stuck sensor (bad input); fewer than 100 samples in the longest
-/// stretch (not enough).
+/// Up to ten missing samples in a row are filled by straight lines; no difference is formed across
+/// longer gaps. A triad that was not at rest has no coefficients (AllanTriad::disturbance). Other
+/// effects that may bias the result cause a warning: a clipped or dead axis, a temperature that
+/// drifts, a curve that the four noises do not describe. Errors: no time and no rate, or a wrong
+/// option (usage); malformed readings, a stuck sensor (bad input); fewer than 100 samples in the
+/// longest stretch (not enough).
 Result<AllanResult> AnalyseAllan(SampleSource& source,
                                  const AllanOptions& options = {},
                                  const ProgressCallback& progress = {});

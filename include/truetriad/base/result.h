@@ -24,7 +24,7 @@ struct InputFile {
 enum class ErrorKind {
   kUsage = 1,      ///< The call itself is wrong: unknown verb or flag, a flag missing.
   kBadInput = 2,   ///< A file is missing, malformed or not usable, or the system failed.
-  kNotEnough = 3,  ///< The data are readable but do not determine what was asked for.
+  kNotEnough = 3,  ///< The data are readable, but do not determine the wanted result.
 };
 
 /// The reason for a failure; docs/reasons.md lists all reasons. Their names are never changed.
@@ -112,7 +112,7 @@ struct FilePlace {
   std::int64_t line = 0;  ///< From 1; 0 where unknown.
   int column = 0;         ///< Field of a table or character of a YAML line, from 1; 0: unknown.
 
-  /// "file:line". Inline, since modules that are loaded at run time create errors too.
+  /// "file:line". Inline, since modules that are loaded at run time also create errors.
   std::string Text() const { return line > 0 ? file + ":" + std::to_string(line) : file; }
 };
 
@@ -139,15 +139,15 @@ struct Error {
   FilePlace place = {};
   /// The key of the experiment that a usage error concerns, such as "sensors.gyroscope"; or empty.
   std::string key = {};
-  /// The reason as a finding, for programs, if data are not enough; may be null.
+  /// If the data are not enough: the reason as a finding, for programs. May be null.
   std::shared_ptr<const Finding> finding = {};
 };
 
 /// An error at `place`, which is "file", "file:line" or "file:line: key".
 Error ErrorIn(ErrorCode code, const std::string& place, const std::string& text);
 
-/// Joins `errors` (at least one) into one error: code and place of the first, the messages of all,
-/// each message on its own line.
+/// Joins `errors` (at least one) into one error. It has the code and the place of the first error,
+/// and the messages of all, each on its own line.
 Error Joined(const std::vector<Error>& errors);
 
 /// A value or the reason why there is none. Spelled like std::expected, which needs C++23.

@@ -95,8 +95,8 @@ struct TemperatureUnit {
 std::optional<TemperatureUnit> ParseTemperatureUnit(std::string_view name);
 
 /// A value that may be missing, like std::optional, but memory for the value is allocated only if
-/// it is present. Meant for a large member that is missing in most of many thousand objects. Copies
-/// are deep.
+/// it is present. Meant for large members of many thousand objects in which most lack the value.
+/// Copies are deep.
 template <typename T>
 class Boxed {
  public:

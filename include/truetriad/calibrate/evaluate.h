@@ -15,26 +15,26 @@
 namespace truetriad {
 
 /// The turns between the poses of an evaluation. The error of a turn is the angle between gravity
-/// at the next rest as measured there and as predicted by the turn.
+/// as measured at the next rest and gravity as predicted from the turn.
 struct EvaluatedTurns {
   Triad against = Triad::kAccelerometer;  ///< The sensor whose vector is predicted.
   int count = 0;
   std::vector<double> errors_rad;  ///< Error of each turn.
   double rms_rad = 0.0;
   double median_rad = 0.0;
-  /// RMS and median with an uncalibrated gyroscope (nominal gain of its unit, median at rest as
-  /// bias) and the calibrated `against`; unset if the gyroscope's unit is counts.
+  /// RMS and median of the errors with an uncalibrated gyroscope (nominal gain of its unit, median
+  /// at rest as bias) and the calibrated sensor `against`; unset if the gyroscope's unit is counts.
   std::optional<double> nominal_rms_rad, nominal_median_rad;
   double predicted_rms_rad = 0.0;  ///< Expected from noise and parameter σ.
 };
 
 /// Prediction error of an existing calibration on poses that it has not seen.
 struct EvaluationSummary {
-  /// The calibration was made from these poses: poses that it left out are left out here, and the
-  /// errors are no prediction errors.
+  /// Whether the calibration was made from these poses. If so, the poses that it left out are left
+  /// out here as well, and the errors are no prediction errors.
   bool is_own = false;
   int poses = 0;
-  int clamped_poses = 0;  ///< Outside the calibrated temperatures; evaluated at the nearest one.
+  int clamped_poses = 0;  ///< Poses outside the calibrated temperatures; evaluated at the end.
   /// RMS of |C(y-b)| - reference, true unit; a gyroscope's reference is zero, since it rests.
   PerTriad<std::optional<double>> norm_rms;
   /// Whether errors are relative to their mean, since a reference is missing: the calibration
@@ -42,9 +42,9 @@ struct EvaluationSummary {
   PerTriad<bool> about_mean{};
   PerTriad<std::optional<double>> norm_rms_before;  ///< Uncalibrated norm_rms; unset for counts.
   PerTriad<std::optional<double>> predicted_rms;    ///< Expected from noise and parameter σ.
-  /// RMS of all errors, whitened by noise and parameter covariance jointly: 1 if as predicted.
-  /// Unlike norm_rms / predicted_rms, this ratio counts an error that all poses share, such as that
-  /// of gravity, only once.
+  /// RMS of all errors, whitened by the covariance of noise and parameters together: 1 if the
+  /// errors are as predicted. Unlike norm_rms / predicted_rms, this ratio counts an error that all
+  /// poses share, such as that of gravity, only once.
   PerTriad<std::optional<double>> error_ratio;
   /// Degrees of freedom of the noise estimate behind the prediction; zero if the noise was stated.
   PerTriad<double> noise_dof{};
@@ -53,7 +53,7 @@ struct EvaluationSummary {
   /// Unset for fewer than two poses with both sensors.
   std::optional<double> angle_std_deg, predicted_angle_std_deg, angle_ratio;
   std::vector<double> angles_rad;  ///< Angle between field and gravity, pose by pose.
-  /// Sensors that the calibration covers and of which the poses have no reading.
+  /// Sensors that the calibration covers, but of which the poses have no reading.
   std::vector<Triad> not_tested;
   std::optional<EvaluatedTurns> turns;  ///< Unset without moves or without a gyroscope.
   std::vector<PoseResidual> pose_residuals;
@@ -78,8 +78,8 @@ std::optional<double> WorstErrorRatio(const EvaluationSummary& evaluation);
 /// True units per count, where the recording states it.
 using CountSizes = PerTriad<std::optional<double>>;
 
-/// The units of readings may differ from those of the calibration if the sizes of both are known.
-/// `is_own`: whether the calibration was made from `poses`.
+/// Evaluates a calibration on `poses`. The units of readings may differ from those of the
+/// calibration if both sizes are known. `is_own`: whether the calibration was made from `poses`.
 Result<EvaluationSummary> Evaluate(const Calibration& calibration,
                                    const PoseSet& poses,
                                    bool is_own = false,
@@ -90,12 +90,12 @@ enum class Better { kNeither, kA, kB, kMixed };
 /// "neither", "a", "b", "mixed".
 std::string_view BetterName(Better better);
 
-/// One kind of error of two calibrations on the same poses; `a` and `b` are the RMS of each.
+/// One kind of error of two calibrations on the same poses; `a` and `b` are the two RMS.
 struct ErrorOfTwo {
   /// "accelerometer": length of the reading minus gravity; "accelerometer-spread": that length
-  /// minus its mean; "magnetometer" and "magnetometer-spread" likewise with the field; "angle":
-  /// angle between field and gravity minus its mean; "gyroscope": rate at rest; "turn": direction
-  /// after each turn.
+  /// minus its mean; "magnetometer" and "magnetometer-spread": the same with the field instead of
+  /// gravity; "angle": angle between field and gravity minus its mean; "gyroscope": rate at rest;
+  /// "turn": direction after each turn.
   std::string_view name;
   std::string_view unit;  ///< "mm/s^2", "uT", "deg", "deg/s".
   double a = 0.0, b = 0.0;
@@ -114,14 +114,15 @@ struct ErrorOfTwo {
 struct SideBySide {
   EvaluationSummary a, b;
   std::vector<ErrorOfTwo> errors;
-  /// References of the lengths. An import only assumes them, so that a calibration of this program
-  /// takes precedence. If no field is set, each calibration's mean length is used.
+  /// The references with which lengths are compared. An imported calibration only assumes them, so
+  /// those of a calibration by this program take precedence. If no field is set, the mean length
+  /// under each calibration is used.
   double gravity_mps2 = kStandardGravityMps2;
   std::optional<double> field_ut;
 };
 Better BetterOf(const SideBySide& both);
 
-/// `is_own`: whether a and b were made from `poses`; poses that either of them left out are left
+/// `is_own`: whether a and b were made from `poses`. If one of the two left out a pose, it is left
 /// out for both. Errors: as Evaluate.
 Result<SideBySide> EvaluateSideBySide(const Calibration& a,
                                       const Calibration& b,
@@ -145,8 +146,8 @@ struct Comparison {
   /// Parameters that are not compared, in words: those that one of the two lacks, holds fixed or
   /// states without a σ.
   std::vector<std::string> not_compared;
-  /// In one of the two, or both, the field strength was a convention. The comparison therefore
-  /// leaves out the common scale of the magnetometer.
+  /// The field strength was only a convention in at least one of the two calibrations. The
+  /// comparison therefore leaves out the common scale of the magnetometer.
   bool field_scale_taken_out = false;
   /// The body frames are unrelated (one is the accelerometer's, the other the magnetometer's). Only
   /// values that no rotation changes were compared, such as biases and C^T C ("gram").
@@ -159,13 +160,13 @@ enum class Agreement {
   kAgree,        ///< p of all differences together is at least kAgreementProbability.
   kDiffer,
 };
-/// Of the pairs of calibrations of an unchanged unit, one in a hundred counts as kDiffer by chance.
+/// If a unit is unchanged, one in a hundred pairs of calibrations counts as kDiffer by chance.
 inline constexpr double kAgreementProbability = 0.01;
 Agreement AgreementOf(const Comparison& comparison);
 std::string_view AgreementName(Agreement agreement);  ///< "not-compared", "agree", "differ".
 
-/// Whether the two are more alike than two recordings can be, even if their σ were three times too
-/// large: they were made from the same readings.
+/// Whether the two calibrations are more alike than calibrations from two recordings could be, even
+/// if their σ were three times too large. They were then made from the same readings.
 bool IsTooAlike(const Comparison& comparison);
 
 /// The entry that differs by the most σ; null if none has a σ.
@@ -173,16 +174,17 @@ const ComparisonEntry* LargestOf(const Comparison& comparison);
 
 Result<Comparison> Compare(const Calibration& a, const Calibration& b);
 
-/// How much a unit's parameters change, beyond noise, from one power-up or day to the next.
+/// How much a unit's parameters change from one power-up or day to the next, in addition to noise.
 struct Repeatability {
   PerTriad<double> bias{{0.0, 0.0, 0.0}};   ///< σ of each axis, true unit.
   PerTriad<double> scale{{0.0, 0.0, 0.0}};  ///< Relative σ of each gain.
 };
 
-/// Adds the repeatability to the calibration's covariance, to compare it with one of another day.
+/// Adds the repeatability to the calibration's covariance, so that it can be compared with a
+/// calibration of another day.
 Calibration WithRepeatability(const Repeatability& repeatability, Calibration calibration);
 
-/// The calibration if gravity is exactly this value. Two calibrations from one place share the
+/// Restates the calibration for exactly this gravity. Two calibrations from one place share the
 /// error of gravity, which is then no uncertainty of their difference. Unchanged if gravity was
 /// exact.
 Calibration AtGravity(double gravity_mps2, Calibration calibration);

@@ -30,7 +30,7 @@ struct PlanConfig {
   PlanConfig() { options.random_draws = 200; }
 
   PlanOptions options;          ///< Has the values that `plan:` states.
-  std::string program;          ///< File to judge instead of a search; resolved; empty: none.
+  std::string program;          ///< File to evaluate instead of searching; resolved, or empty.
   bool from_recording = false;  ///< `start: recording`: complete the experiment's own recording.
   PerTriad<NominalSensor> nominal;
 };
@@ -40,7 +40,7 @@ struct KnownMotionsConfig {
   std::string turns_file;  ///< Resolved against the experiment file; empty when not given.
   double turn_sigma_deg = 0.5;
   double turn_axis_sigma_deg = 1.0;
-  std::vector<std::string> held_out_turns;  ///< Ids of the turns; "all": every turn.
+  std::vector<std::string> held_out_turns;  ///< Ids of the turns; "all" means every turn.
   std::string rates_file;                   ///< Resolved as turns_file.
   double rate_sigma_degps = 0.0;
   double rate_axis_sigma_deg = 0.0;
@@ -59,16 +59,17 @@ struct ExcludedSeconds {
 
 /// `poses:` of an experiment.
 struct PosesConfig {
-  /// How poses are found; by default rests are detected. kRanges reads `file`.
+  /// How poses are found; by default rests are detected. With kRanges, the poses are those of
+  /// `file`.
   PoseSelectionKind kind = PoseSelectionKind::kDetect;
-  bool given = false;  ///< Whether the experiment has `poses:`; if not, a manifest's counts.
+  bool given = false;  ///< Whether the experiment has `poses:`; if not, a manifest's is used.
   std::int64_t every = 0;
   std::string column;
   std::string file;                ///< Resolved against the experiment file.
   double motion_spacing_s = 0.1;   ///< MotionOptions::spacing_s of kMotion.
-  SweepWindows sweep;              ///< For kSweep; then `file`, if set, lists the attitudes.
+  SweepWindows sweep;              ///< For kSweep; `file`, if set, then lists the attitudes.
   bool moves = false;              ///< Also keeps the gyroscope's readings between poses.
-  bool ignores_gyroscope = false;  ///< The gyroscope takes no part in finding rests.
+  bool ignores_gyroscope = false;  ///< Whether rests are found without the gyroscope.
   KnownMotionsConfig known_motions;
   TimeStamps time_stamps = TimeStamps::kAuto;
   std::vector<ExcludedSeconds> exclude;  ///< Readings that are left out.
@@ -104,7 +105,7 @@ struct Experiment {
   std::string serial;
   std::string model;
   Tags tags;
-  std::optional<SitePosition> position;  ///< Gives gravity, unless gravity is stated.
+  std::optional<SitePosition> position;  ///< Gravity is computed from it, unless gravity is stated.
   /// The undisturbed Earth's field at the position, if the position has a longitude and a date. It
   /// is the reference only if the site is stated as clean. If unset, `no_earth_field` says why.
   std::optional<EarthField> earth_field;
@@ -114,7 +115,7 @@ struct Experiment {
   std::vector<int> exclude_poses;    ///< Numbers of poses that are left out.
   std::string exclude_poses_stated;  ///< Where they are stated, for messages.
   std::string static_file;           ///< `static:`, resolved; empty when not given.
-  bool reference_given = false;      ///< `reference.temperature_degc` is stated, not the default.
+  bool reference_given = false;      ///< `reference.temperature_degc` is stated.
   std::string attitudes_file;        ///< `attitudes: {file: …}`, resolved; empty when not given.
   double attitudes_sigma_deg = 0.01;
   /// `fixed: {matrix: identity}`: the sensitivity is fixed such that truth = raw, converted to true
@@ -133,14 +134,14 @@ struct Experiment {
 /// Names that are not stated are empty.
 std::vector<std::string*> FilesOf(Experiment& experiment);
 
-/// `resolved_yaml` with the choices that replaced `auto`; it reads back as an experiment that gives
-/// the same result without choosing.
+/// `resolved_yaml` with every `auto` replaced by what was chosen. The experiment read from it gives
+/// the same result without a choice.
 std::string ResolvedWithChoice(const Experiment& experiment, const CalibrateOptions& chosen);
 
 /// The experiment with other `time_offset_s`, also in its `resolved_yaml`.
 Experiment WithTimeOffsets(const Experiment& experiment, const PerTriad<double>& offset_s);
 
-/// The experiment with poses of another kind: kDetect, kEveryRow or kMotion.
+/// The experiment with its kind of poses changed to `kind`: kDetect, kEveryRow or kMotion.
 Experiment WithPoses(const Experiment& experiment, PoseSelectionKind kind);
 
 /// The experiment for a recording that has only the sensors `recorded`: keys of other sensors are
@@ -169,7 +170,7 @@ Error AtItsKey(const Experiment& experiment, const Error& error);
 Result<Experiment> ReadExperiment(const std::string& path,
                                   const std::vector<std::string>& overrides = {});
 
-/// As ReadExperiment, for the text of an experiment that is to be written to `path`.
+/// Like ReadExperiment, but reads the text of an experiment that is to be written to `path`.
 Result<Experiment> ReadExperimentText(const std::string& text,
                                       const std::string& path,
                                       const std::vector<std::string>& overrides = {});
@@ -177,16 +178,17 @@ Result<Experiment> ReadExperimentText(const std::string& text,
 /// Reads a scenario (`scenario: 1`), docs/simulation.md, and converts its quantities from the units
 /// of data sheets to those of sim/scenario.h.
 ///
-/// `base:` names a scenario whose keys hold unless the scenario itself states them; lists (motion,
-/// disturbances) replace those of the base as a whole. `overrides` are `key.sub=value` pairs (the
-/// `--set` flag), the value in YAML flow style, read after both. Paths are relative to the file
-/// that names them; paths in overrides, to `path`. Errors (bad input), all at once: unknown and
-/// duplicate keys, wrong types and values out of range, with file:line or the override; a quantity
-/// stated in two units; values that contradict each other.
+/// `base:` names a scenario from which all keys are taken that the scenario itself does not state.
+/// Lists (motion, disturbances) replace those of the base as a whole. `overrides` are
+/// `key.sub=value` pairs (the `--set` flag), the value in YAML flow style, read after both. Paths
+/// are relative to the file that names them; paths in overrides, to `path`. Errors (bad input), all
+/// at once: unknown and duplicate keys, wrong types and values out of range, with file:line or the
+/// override; a quantity stated in two units; values that contradict each other.
 Result<Scenario> ReadScenario(const std::string& path,
                               const std::vector<std::string>& overrides = {});
 
-/// As ReadScenario, for the text of a scenario whose path would be `path`.
+/// Like ReadScenario, but reads the text of a scenario. Relative paths are resolved as if the text
+/// were the file `path`.
 Result<Scenario> ReadScenarioText(const std::string& text,
                                   const std::string& path,
                                   const std::vector<std::string>& overrides = {});

@@ -17,7 +17,7 @@ enum class PoseSelectionKind {
   kDetect,    ///< Static detection finds them.
   kEveryRow,  ///< Each row is a pose (a pose table).
   kEveryN,    ///< Each block of `every` rows is a pose.
-  kColumn,    ///< A column holds the number of each row's pose; 0: moving.
+  kColumn,    ///< A column holds the number of each row's pose; 0 while the unit moves.
   kRanges,    ///< Row ranges are given.
   kMotion,    ///< The unit never rests. There are no poses; PoseSet::tracks keeps all readings.
   kSweep,     ///< A temperature sweep in a few held attitudes: windows of time are poses.
@@ -36,7 +36,7 @@ struct PoseRange {
 /// recording has passed.
 struct SweepWindows {
   double window_s = 0.0;            ///< Range: > 0; 0: not set.
-  std::int64_t window_samples = 0;  ///< Leading sensor's samples a window. Range: >= 1; 0: not set.
+  std::int64_t window_samples = 0;  ///< The leading sensor's. Range: >= 1; 0: not set.
   bool ambient = false;             ///< Whether the ambient temperature is smoothed as well.
 
   bool operator==(const SweepWindows&) const = default;
@@ -44,13 +44,14 @@ struct SweepWindows {
 
 /// Readings with times in this range are left out before any other step.
 struct ExcludedRange {
-  TimeRange times;        ///< As stamped, both ends included.
+  TimeRange times;        ///< In the times of the log's stamps, both ends included.
   std::string stated_in;  ///< "experiment.yaml:12: exclude[0]", for messages.
 };
 
-/// How the times of readings follow from their stamps; `time:` of an experiment chooses it.
+/// How the times of readings are derived from their stamps; `time:` of an experiment selects this.
 enum class TimeStamps {
-  kAuto,       ///< Even times if stamps scatter about them, unless readings fit the stamps better.
+  kAuto,       ///< Even times if the stamps scatter about even times, unless the readings fit the
+               ///< stamps better.
   kAsStamped,  ///< The stamps themselves.
   kRegular,    ///< Even times between gaps, whatever the stamps look like.
 };
@@ -62,9 +63,11 @@ struct PoseSelection {
   /// Intervals with one id have one attitude; without intervals, one attitude is held all the time.
   std::vector<PoseRange> ranges;
   SweepWindows sweep;  ///< For kSweep.
-  /// Whether the gyroscope's readings between the poses are kept. Not possible without time.
+  /// Whether the gyroscope's readings between the poses are kept. This is not possible in a
+  /// recording without times.
   bool moves = false;
-  /// The gyroscope has no part in detecting poses and no means in them, unless it leads (is alone).
+  /// Whether poses are detected without the gyroscope and hold no means of its readings. Has no
+  /// effect if the gyroscope is the only sensor.
   bool ignores_gyroscope = false;
   /// Known turns and rates. A pose that overlaps a stated rate is no rest. A move in which a rate
   /// was held is not used, so that no reading is used twice.
@@ -72,8 +75,8 @@ struct PoseSelection {
   std::vector<StatedRate> rates;
   std::vector<ExcludedRange> excluded;
   TimeStamps time_stamps = TimeStamps::kAuto;
-  /// How much later the times of each triad are than the moments of its readings. The offset is
-  /// subtracted before poses are sought. If it is not zero, the recording must have times.
+  /// By how much the stated times of each triad's readings are too late. The offset is subtracted
+  /// before poses are sought. If it is not zero, the recording must have times.
   PerTriad<double> time_offset_s{};
 
   bool Ignores(Triad triad) const { return ignores_gyroscope && triad == Triad::kGyroscope; }
@@ -92,11 +95,11 @@ struct StaticDetectorOptions {
 /// Called after each batch of blocks with the share of the work done, 0…1.
 using ProgressCallback = std::function<void(double)>;
 
-/// Reads `source` once and reduces it to poses: mean, covariance of the mean (allowing for
-/// correlated noise), temperature and duration. Memory does not grow with the length of the log,
-/// except for kMotion, which keeps every reading (32 bytes each).
-/// Error (bad input): malformed readings, such as a sensor that is stuck or clipped everywhere, or
-/// time that goes backwards. Error (not enough): no rest.
+/// Reads `source` once and reduces it to poses: mean, covariance of the mean (including the effect
+/// of correlated noise), temperature and duration. Memory does not grow with the length of the log,
+/// except for kMotion, which keeps every reading (32 bytes each). Error (bad input): malformed
+/// readings, such as a sensor that is stuck or clipped everywhere, or time that goes backwards.
+/// Error (not enough): no rest.
 Result<PoseSet> CollectPoses(SampleSource& source,
                              const PoseSelection& selection,
                              const StaticDetectorOptions& options = {},

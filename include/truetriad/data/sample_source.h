@@ -31,7 +31,8 @@ struct StreamInfo {
   bool has_ambient = false;  ///< Whether there is a second thermometer, outside of the unit.
   bool has_pose_column = false;
   /// Rows are read together in groups of this size, counted from the first row. Only the last row
-  /// of a group has its own time stamp; the others are stamped evenly up to it.
+  /// of a group has its own time stamp; the stamps of the other rows are computed by spacing them
+  /// evenly up to that time.
   std::int64_t window_samples = 1;
 };
 
@@ -39,7 +40,7 @@ struct StreamInfo {
 struct RecordingInfo {
   std::string path;                 ///< The CSV or manifest that was opened.
   std::string serial;               ///< Empty when not given.
-  Tags tags;                        ///< The manifest's statements about the unit and the run.
+  Tags tags;                        ///< What the manifest states about the unit and the run.
   bool has_time = true;             ///< False: rows only; time_ns then counts rows.
   std::vector<StreamInfo> streams;  ///< At most one per triad.
   std::vector<std::string>
@@ -58,17 +59,18 @@ struct SampleBlock {
   Triad triad = Triad::kAccelerometer;
   std::span<const std::int64_t> time_ns;
   std::span<const double> x, y, z;
-  std::span<const double> temperature_degc;  ///< Empty, or as long as x; NaN where not known yet.
+  std::span<const double> temperature_degc;  ///< Empty, or as long as x; NaN while unknown.
   std::span<const std::int32_t> pose;        ///< Empty, or as long as x; 0 = moving.
   std::span<const std::int64_t> row;         ///< 0-based data row in the stream's file.
-  /// Ambient temperature, NaN where not known yet; empty unless the source was asked for it.
+  /// Ambient temperature, NaN while it is not known yet; empty unless the source was asked to read
+  /// it.
   std::span<const double> ambient_degc{};
 };
 
 /// Counts of a stream's rows; complete once Next has returned false.
 struct StreamCounts {
   std::int64_t samples = 0;        ///< Number of samples that Next gave.
-  std::int64_t dropped_empty = 0;  ///< Rows with an empty (as of a slower sensor) or NaN field.
+  std::int64_t dropped_empty = 0;  ///< Rows with an empty or NaN field.
 };
 
 /// Samples of all triads of one recording, streamed with bounded memory.
@@ -78,9 +80,9 @@ class SampleSource {
   virtual const RecordingInfo& info() const = 0;
 
   /// Clears `blocks` and fills it with the next samples. The blocks of a triad come in order of
-  /// time; equal times are allowed. Of several files, the one that lags most is read next, so that
-  /// the streams stay within one block of each other. Returns false at the end, with `blocks`
-  /// empty.
+  /// time; equal times are allowed. If there are several files, the one with the earliest unread
+  /// time is read next, so that the times of the streams differ by at most one block. Returns false
+  /// at the end, with `blocks` empty.
   virtual Result<bool> Next(std::vector<SampleBlock>* blocks) = 0;
 
   /// Share of the input already read, 0…1, for progress.
@@ -88,8 +90,8 @@ class SampleSource {
 
   virtual StreamCounts counts(Triad triad) const = 0;
 
-  /// Places where times restarted; the times after them were shifted to continue. Complete once
-  /// Next has returned false.
+  /// The places at which times restarted; the times after such a place were shifted so that they
+  /// continue. Complete once Next has returned false.
   virtual std::vector<RecordingJoint> joints() const { return {}; }
 
   /// Files with hash and sample count; complete once Next has returned false.

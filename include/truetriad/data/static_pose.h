@@ -54,7 +54,7 @@ struct StatedTurn {
   double angle_rad = 0.0;  ///< Whole turns count: 4 pi is two turns.
   /// σ of the attitude that the stated angle predicts after the turn, about each axis. Range: > 0.
   double sigma_rad = 0.0;
-  /// σ of the direction of `axis`, about each axis perpendicular to `axis`. Range: > 0.
+  /// σ of the direction of `axis`: of its tilt about each perpendicular axis. Range: > 0.
   double axis_sigma_rad = 0.0;
   /// If true, the turn is only predicted, and the error of the prediction is reported.
   bool held_out = false;
@@ -74,8 +74,8 @@ struct StatedRate {
 /// One pose that an operator, a fixture or the simulator is to take.
 struct ProgramPose {
   Eigen::Quaterniond world_from_body = Eigen::Quaterniond::Identity();
-  std::optional<double> temperature_degc;  ///< Chamber temperature; unset: not controlled.
-  std::string label;                       ///< "x up, y to the north"; for the reader.
+  std::optional<double> temperature_degc;  ///< Chamber temperature; unset if it is not controlled.
+  std::string label;                       ///< "x up, y to the north"; for people.
 };
 
 /// Poses in the order in which they are taken.
@@ -91,14 +91,15 @@ struct TriadPose {
   /// sample and no sigma column), it is zero and `has_covariance` is false.
   Eigen::Matrix3d mean_covariance_raw = Eigen::Matrix3d::Zero();
   bool has_covariance = false;
-  /// Sample covariance inside the rest (one sample's noise), raw unit squared.
+  /// Covariance of the samples within the rest, that is, of one sample's noise, raw unit squared.
   Eigen::Matrix3d sample_covariance_raw = Eigen::Matrix3d::Zero();
-  /// Mean at the end of the rest less mean at its begin, each over a window, or over up to 1/64 of
-  /// a long rest; zero if the rest is too short for two windows. Divided by the pose's duration,
-  /// this is the derivative of mean_raw with respect to a shift of the clock.
+  /// The mean at the end of the rest minus the mean at its begin; each is over a window, or over up
+  /// to 1/64 of a long rest. Zero if the rest is too short for two windows. Divided by the pose's
+  /// duration, it is the derivative of mean_raw with respect to a shift of the clock.
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();
-  /// Mean of the rest's first quarter, and of its last, less mean of its middle half, times the
-  /// duration of a quarter; then the σ of both. Raw unit s; zero with fewer than 16 windows.
+  /// The mean of the rest's first quarter minus that of its middle half, times the duration of a
+  /// quarter; the same for the last quarter; then the σ of both. Raw unit times s; zero if the rest
+  /// has fewer than 16 windows.
   Eigen::Vector3d first_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d last_quarter_raw_s = Eigen::Vector3d::Zero();
   Eigen::Vector3d quarter_sigma_raw_s = Eigen::Vector3d::Zero();
@@ -123,7 +124,7 @@ struct StaticPose {
   std::optional<double> temperature_degc;
   double temperature_rate_degcps = 0.0;
   std::optional<AttitudeReference> attitude;
-  /// Face of the six-face block that points up, when given: "+x", "-x", … ; else empty.
+  /// Face of the six-face block that points up, if it is stated: "+x", "-x", … ; else empty.
   std::string face_up;
 
   double duration_s() const { return static_cast<double>(end_ns - start_ns) * 1e-9; }
@@ -170,7 +171,7 @@ struct SweepTrack {
   std::vector<std::size_t> first, last;
   std::vector<int> attitude;
   std::vector<std::string> attitude_names;
-  /// Outliers, as "row 0 (at 0.0 s, 20.0 degC): outliers: gyroscope x".
+  /// The outliers in words, such as "row 0 (at 0.0 s, 20.0 degC): outliers: gyroscope x".
   std::vector<std::string> left_out;
 };
 
@@ -186,10 +187,10 @@ struct KnownRate {
   StaticPose means;
 };
 
-/// How the time stamps of a stream scatter about even times, between gaps.
+/// How the time stamps of a stream scatter about even times in the stretches between gaps.
 enum class StampKind {
   kRegular,    ///< The RMS jitter is below 2 % of an interval.
-  kJittered,   ///< Each stamp has an error of its own.
+  kJittered,   ///< The errors of the stamps are independent.
   kInBursts,   ///< Several samples wait and are stamped together on arrival.
   kOnTicks,    ///< Rounded to the ticks of a coarse clock.
   kIrregular,  ///< Errors about even times add up from sample to sample.
@@ -227,8 +228,8 @@ struct StreamSummary {
   Eigen::Vector3d rest_step_raw = Eigen::Vector3d::Zero();
   /// White-noise σ of one sample inside rests, per axis, pooled; zero when unknown.
   Eigen::Vector3d noise_sigma_raw = Eigen::Vector3d::Zero();
-  /// Long-run variance over white variance inside rests; 1: white noise. Correlated noise raises
-  /// the variance of a mean by this factor.
+  /// Long-run variance divided by white variance, within rests; 1 means white noise. Correlated
+  /// noise raises the variance of a mean by this factor.
   Eigen::Vector3d correlation_inflation = Eigen::Vector3d::Ones();
   /// Upper bound of the shift of all means by one-sided outliers (spikes); zero without outliers.
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
@@ -246,7 +247,7 @@ struct PoseSet {
   std::string source;             ///< The recording's path.
   std::vector<Session> sessions;  ///< Empty: one recording.
   std::string serial;
-  Tags tags;  ///< A manifest's statements about the unit and the run.
+  Tags tags;  ///< What a manifest states about the unit and the run.
   std::vector<StaticPose> poses;
   std::vector<RecordedMove> moves;  ///< Filled in if PoseSelection::moves is true.
   PerTriad<ReadingTrack> tracks;    ///< Filled in for PoseSelectionKind::kMotion.
@@ -265,7 +266,8 @@ struct PoseSet {
   std::vector<RecordingJoint> joints;                     ///< In order of time.
   std::vector<TimeRange> excluded;   ///< Times of readings left out on request or as duplicates.
   PerTriad<double> time_offset_s{};  ///< Already subtracted from the triad's times.
-  /// Remaining delay of a triad's readings against the reference triad, if it is 0.25 s or more.
+  /// The remaining delay of a triad's readings relative to those of the reference triad, if it is
+  /// 0.25 s or more.
   PerTriad<std::optional<double>> clock_lag_s;
   std::string how;    ///< "static detection", "every row", …
   Findings findings;  ///< Clipping, stuck samples, gaps and the like.

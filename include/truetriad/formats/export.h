@@ -23,8 +23,8 @@ namespace truetriad {
 /// is empty.
 struct Equipment {
   std::string name, serial, certificate;
-  std::string calibrated;  ///< The day on which it was calibrated itself: "2026-01-31".
-  std::string due;         ///< The last day on which that calibration is valid.
+  std::string calibrated;  ///< The day on which the equipment itself was calibrated: "2026-01-31".
+  std::string due;         ///< The last day on which the equipment's calibration is valid.
 };
 struct Laboratory {
   std::string name, address, accreditation, procedure;
@@ -59,7 +59,7 @@ Result<Laboratory> ReadLaboratory(const std::string& path);
 /// if the time or the due day is not stated.
 std::optional<bool> IsOverdue(const Equipment& equipment, const std::string& created);
 
-/// The arithmetic in which a program applies an exported file. Below, this program is the consumer.
+/// The arithmetic in which a program applies an exported file. This program is called the target.
 enum class Arithmetic { kFloat32, kFloat64, kIntegers };
 
 /// A kind of parameter file that other programs read.
@@ -82,38 +82,39 @@ Result<FormatInfo> InfoOfFormat(std::string_view name);
 struct ExportOptions {
   /// The version of the exporting program, "0.1.0"; the file's comment states it.
   std::string software_version = {};
-  /// The name of the output. For "matlab", .m selects a script instead of a .mat; for "record",
-  /// .html and .htm select a page instead of JSON.
+  /// The name of the output. For "matlab", the ending .m selects a script instead of a .mat; for
+  /// "record", .html or .htm selects a page instead of JSON.
   std::string file_name = {};
   /// Temperature terms that the format cannot hold are evaluated at this temperature, degC. Unset:
   /// at their reference temperature. Range: the calibrated range.
   std::optional<double> temperature_degc = {};
-  /// Refuses if the largest error of a sensor exceeds this share of its signal. Range: >= 0.
+  /// If a sensor's largest error exceeds this share of its signal, refuses the export. Range: >= 0.
   std::optional<double> max_loss = {};
-  /// Units of the readings that the consumer corrects, for formats that do not fix them.
+  /// Units of the readings that the target corrects, for formats that do not fix the unit.
   PerTriad<std::optional<std::string>> units = {};
-  /// Which of several equal sensors this is, in the consumer's counting. Unset: the first.
+  /// Number of this sensor among several equal ones, as the target counts them. Unset: the first.
   std::optional<int> instance = {};
-  /// The sensor's device ID in the consumer, for formats that state IDs. Unset: as in the Tags.
+  /// The sensor's device ID in the target, for formats that state IDs. Unset: the ID in the
+  /// calibration's Tags.
   PerTriad<std::optional<std::int64_t>> device_ids = {};
-  /// If the consumer has several sets of parameters: the number of each sensor's set, and of the
-  /// set with its temperature terms. Unset: as in the calibration's Tags, otherwise `instance`.
+  /// If the target has several sets of parameters: the number of each sensor's set, and of the set
+  /// with its temperature terms. Unset: as in the calibration's Tags, otherwise `instance`.
   PerTriad<std::optional<std::int64_t>> slots = {}, thermal_slots = {};
-  /// The sets of temperature terms that the consumer does not use (Tags). Enabling the terms of
-  /// this sensor must not enable these sets.
+  /// The sets of temperature terms that the target does not use (Tags). Enabling the terms of this
+  /// sensor must not enable these sets.
   PerTriad<std::vector<std::int64_t>> idle_thermal_slots = {};
   /// Noise densities and sampling rates, for formats that hold them.
   std::optional<AllanResult> allan = {};
   /// Lines added to the comment of the files.
   std::vector<std::string> further_comment = {};
-  /// A unit that may not be delivered is exported, too; its files then say so.
+  /// Whether a unit that may not be delivered is exported as well. Its files then state this.
   bool allows_outside_limits = false;
   /// The laboratory and its equipment, for the calibration record.
   std::optional<Laboratory> laboratory = {};
 };
 
-/// The errors, in the true unit, of the results that the consumer computes from the file, in its
-/// arithmetic. The whole calibration predicts the readings: for truths on a sphere, at the
+/// The errors, in the true unit, of the results that the target computes with the exported file, in
+/// its arithmetic. The whole calibration predicts the readings: for truths on a sphere, at the
 /// calibrated temperatures.
 struct ExportLoss {
   double signal = 0.0;   ///< Radius of the sphere of truths.
@@ -144,8 +145,8 @@ struct ExportedFile {
 struct Export {
   std::vector<ExportedFile> files = {};
   PerTriad<std::optional<ExportLoss>> loss = {};
-  std::vector<std::string> notes = {};     ///< What the format drops; what the file's user must do.
-  std::vector<std::string> warnings = {};  ///< What degrades the result.
+  std::vector<std::string> notes = {};     ///< What is dropped; what the file's user must do.
+  std::vector<std::string> warnings = {};  ///< What makes the results of the target worse.
   Findings findings = {};                  ///< Further warnings, each about one sensor.
   PerTriad<bool> is_turned = {};           ///< The format drops a rotation or swap of the axes.
 };
@@ -160,14 +161,15 @@ struct ResultOfInstance {
 /// The exports of all results of a device. `files`: the text of each file by its path.
 struct ExportsBeside {
   std::map<std::string, std::string> files;
-  std::vector<std::string> warnings;  ///< As Export::warnings.
-  Findings findings;                  ///< As Export::findings; "instance" names the sensors.
-  bool is_whole = true;               ///< No sensor was left out that a format could hold.
+  std::vector<std::string> warnings;  ///< The Export::warnings of all exports.
+  Findings findings;                  ///< The Export::findings, with the value "instance".
+  bool is_whole = true;               ///< No sensor that a format could hold was left out.
 };
 
 /// Exports the usable results of a device to each of `formats`. If a format numbers equal sensors,
-/// one file beside the first result holds all; otherwise each result has its own file. A result
-/// that does not fit a format is left out of it, with a warning. Errors: as ExportCalibration.
+/// one file beside the first result holds all; otherwise each result has its own file. If a result
+/// does not fit a format, it is left out of this format, with a warning. Errors: as
+/// ExportCalibration.
 Result<ExportsBeside> ExportBeside(const std::vector<ResultOfInstance>& results,
                                    const std::vector<std::string>& formats,
                                    ExportOptions options);
@@ -201,9 +203,10 @@ struct ImportOptions {
   /// The version of the importing program: "0.1.0".
   std::string software_version = {};
   /// Units of the calibration's readings. Unset: the true unit if the format fixes a unit,
-  /// otherwise the unit that the file states. Must be set if neither states a unit.
+  /// otherwise the unit that the file states. Must be set if neither format nor file states a unit.
   PerTriad<std::optional<std::string>> units = {};
-  /// Which of several equal sensors is imported, in the other program's counting. Unset: the first.
+  /// The number of the imported sensor among several equal ones, as the other program counts them.
+  /// Unset: the first.
   std::optional<int> instance = {};
   /// Device IDs that select the sensors in place of `instance`, for formats that state IDs.
   PerTriad<std::optional<std::int64_t>> device_ids = {};

@@ -13,9 +13,9 @@ namespace truetriad {
 /// 2000 of them.
 std::string CalibrationToYaml(const Calibration& calibration);
 
-/// Reads calibration.yaml; all numbers get the bits that were written. Errors (bad input), with
-/// line: unknown, duplicate and missing keys, another format version, a correction that is not the
-/// inverse of its sensitivity. `name` stands for the file in messages.
+/// Reads calibration.yaml. Every number is read back exactly as it was written. Errors (bad input)
+/// state the line: an unknown, duplicate or missing key, another format version, a correction that
+/// is not the inverse of its sensitivity. `name` is the name of the file in messages.
 Result<Calibration> ReadCalibration(const std::string& path);
 Result<Calibration> CalibrationFromYaml(const std::string& text, const std::string& name);
 

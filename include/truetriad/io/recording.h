@@ -42,7 +42,7 @@ Result<std::optional<PoseSelection>> ManifestPoseSelection(const std::string& pa
 /// Reads `poses.yaml`: `poses: [ { first, last, id?, face? }, … ]`.
 Result<std::vector<PoseRange>> ReadPoseRanges(const std::string& path);
 
-/// True when the file is a pose table: a self-describing CSV that has sigma or attitude columns, or
+/// Whether the file is a pose table: a self-describing CSV that has sigma or attitude columns, or
 /// that has neither a time column nor a `pose` column (which numbers rests of several rows).
 Result<bool> IsPoseTable(const std::string& path);
 
@@ -57,7 +57,8 @@ Result<PoseTable> ReadPoseTable(const std::string& path);
 
 /// How a recording is written: numbers of decimals, and which files.
 struct RecordingFormat {
-  /// In place of a number of decimals: as many digits as read back to the same double. Slower.
+  /// Used in place of a number of decimals: as many digits as are needed to read back the same
+  /// double. This is slower.
   static constexpr int kShortest = -1;
   int time_decimals = 9;  ///< Decimals of times in s; 9 is exact. Range: -1…9.
   PerTriad<int> decimals = {{kShortest, kShortest, kShortest}};  ///< Of readings. Range: -1…15.
@@ -89,8 +90,8 @@ std::string PoseRangesToYaml(const std::vector<PoseRange>& ranges);
 struct CorrectedLogSummary {
   std::int64_t rows = 0;
   std::int64_t clamped_temperature = 0;  ///< Rows with a temperature outside the calibrated range.
-  /// Rows in which a triad is empty because its correction needs a temperature or force that the
-  /// log had not yet stated.
+  /// Rows in which a triad is left empty, because its correction needs a temperature or force that
+  /// no earlier row states.
   std::int64_t not_corrected = 0;
   std::vector<Triad> left_out;  ///< Triads of the log that the calibration does not have.
   /// Mean length of the written readings, m/s^2, uT, rad/s; zero if none was written.
@@ -104,8 +105,8 @@ struct CorrectedLogSummary {
 /// evaluated at the row's temperature, clamped to the calibrated range. If they depend on the rate
 /// of the temperature or on a lag, the temperature is filtered row by row (model/thermal.h). Error:
 /// no triad can be corrected, the calibration is not usable, a unit does not fit, a temperature
-/// column or accelerometer that the calibration needs is missing, a row is bad, or `stop`, which is
-/// called repeatedly, returned true. After an error no file is left.
+/// column or accelerometer that the calibration needs is missing, a row cannot be read, or `stop`,
+/// which is called repeatedly, returned true. After an error no file is left.
 Result<CorrectedLogSummary> WriteCorrectedLog(SampleSource& source,
                                               const Calibration& calibration,
                                               const std::string& path,

@@ -9,8 +9,8 @@ namespace truetriad {
 /// The matrix [v]x of the cross product: [v]x u = v x u.
 Eigen::Matrix3d Skew(const Eigen::Vector3d& vector);
 
-/// Exp: the rotation by |vector| rad about `vector`. It is exact to rounding for every length, zero
-/// included.
+/// Exp: the rotation by |vector| rad about `vector`. The result is exact up to rounding for every
+/// length, including zero.
 Eigen::Quaterniond RotationExp(const Eigen::Vector3d& vector_rad);
 
 /// Log: the rotation vector of `rotation` (a unit quaternion), of length 0…pi; the inverse of

@@ -19,12 +19,13 @@
 
 namespace truetriad {
 
-/// Which of the equivalent body frames a result is stated in. Static readings leave one common
-/// rotation of all triads undetermined; the leading triad fixes it. docs/method.md, "Gauge".
+/// The body frame, one of several equivalent ones, in which a result is stated. Static readings
+/// leave one common rotation of all triads undetermined; the leading triad fixes it.
+/// docs/method.md, "Gauge".
 enum class Gauge {
   kAccelX,     ///< Leading sensitivity lower triangular: body x along the x sensing axis.
   kAccelZ,     ///< Leading sensitivity upper triangular. Tedaldi et al. 2014.
-  kSymmetric,  ///< Leading sensitivity symmetric: the least rotation.
+  kSymmetric,  ///< Leading sensitivity symmetric: the smallest rotation from the sensor's own axes.
   kFixture,    ///< Known attitudes define the body frame: leading sensitivity full.
 };
 
@@ -34,7 +35,7 @@ std::optional<Gauge> GaugeFromName(std::string_view name);
 /// The rotation Q for which `sensitivity * Q` has the form that `gauge` asks of the leading triad.
 /// `axis_sign` (+1, or -1 for a chip that reports gravity) is the sign of the first two (accel-x)
 /// or the last two (accel-z) diagonal entries; the sign of the remaining entry makes det Q = +1,
-/// for left-handed triads, too. Identity for kFixture.
+/// even for left-handed triads. For kFixture, Q is the identity.
 Eigen::Matrix3d GaugeRotation(Gauge gauge,
                               const Eigen::Matrix3d& leading_sensitivity,
                               double axis_sign = 1.0);
@@ -82,7 +83,7 @@ double NormalGravityMps2(double latitude_deg, double height_m);
 struct EarthField {
   double strength_ut = 0.0;
   double dip_deg = 0.0;          ///< Positive where the field points down.
-  double declination_deg = 0.0;  ///< Of magnetic north from true north, positive to the east.
+  double declination_deg = 0.0;  ///< Angle from true north to magnetic north, positive to the east.
   double strength_sigma_ut = 0.0;
   double dip_sigma_deg = 0.0;
   double declination_sigma_deg = 0.0;
@@ -125,8 +126,8 @@ struct ThermalKnot {
 struct ThermalTerms {
   double reference_degc = 25.0;
   Eigen::Vector2d range_degc = Eigen::Vector2d::Zero();
-  std::vector<Eigen::Vector3d> bias;                 ///< Of tau^1, tau^2, …; raw / degC^i.
-  std::vector<Eigen::Matrix3d> sensitivity;          ///< Of tau^1, …; raw per true unit / degC^i.
+  std::vector<Eigen::Vector3d> bias;         ///< For tau^1, tau^2, …; raw / degC^i.
+  std::vector<Eigen::Matrix3d> sensitivity;  ///< For tau^1, …; raw per true unit / degC^i.
   PerRateTerm<std::optional<Eigen::Vector3d>> rate;  ///< raw / (degC/s), …: terms.h.
   /// First-order lags of each axis, s (model/thermal.h); unset: no lag. The element's temperature
   /// lags behind the thermometer's; the rate in the bias terms lags behind that of the element's
@@ -144,7 +145,8 @@ struct TriadCalibration {
   std::string input_unit;
   std::string output_unit;
   TriadModel<double> model;  ///< Bias (raw), sensitivity (raw per true unit), axis terms.
-  /// Body axes along which the sensing axes point (model/mounting.h), as stated or else as found.
+  /// Body axes along which the sensing axes point (model/mounting.h): the stated mounting or,
+  /// without one, the mounting found.
   Eigen::Matrix3d mounting = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias_sigma = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity_sigma = Eigen::Matrix3d::Zero();
@@ -183,14 +185,15 @@ struct ReferenceValues {
   /// The strength is nominal: the magnetometer's common scale is not observable.
   bool field_nominal = false;
   /// Rotation fixture <- world as qw, qx, qy, qz, if the fixture's attitude was estimated. World x
-  /// is magnetic north if there is a magnetometer, else the fixture's x.
+  /// is magnetic north if there is a magnetometer, otherwise the horizontal direction of the
+  /// fixture's x.
   std::optional<Eigen::Vector4d> fixture_from_world;
   double temperature_degc = 25.0;
   /// Temperatures recorded at the poses: lowest, mean, highest; unset without a thermometer.
   std::optional<Eigen::Vector3d> recorded_degc = {};
 };
 
-/// A decision about a unit after its run; it overrides the verdict by the limits.
+/// A decision about a unit after its run. It overrides the verdict that follows from the limits.
 struct Decision {
   Verdict verdict = Verdict::kFail;  ///< kPass: it may be shipped; kFail: it may not.
   std::string who, why;
@@ -208,7 +211,7 @@ struct Calibration {
   std::string created;  ///< ISO 8601, UTC.
   std::vector<InputFile> inputs;
   Mode mode = Mode::kPoses;
-  Outcome outcome = Outcome::kNotCalled;  ///< Follows from the findings.
+  Outcome outcome = Outcome::kNotCalled;  ///< Derived from the findings.
   std::optional<bool> within_limits;
   Findings findings;
   ReferenceValues reference;
@@ -221,7 +224,7 @@ struct Calibration {
   std::vector<Decision> decisions;  ///< In the order in which they were made: the last one holds.
 
   bool IsUsable() const { return outcome == Outcome::kConverged; }
-  /// The last decision if there is one, else the verdict by the limits.
+  /// Verdict of the last decision; without a decision, the verdict that follows from the limits.
   Verdict verdict() const {
     return IsUsable() && !decisions.empty() ? decisions.back().verdict : LimitsVerdict();
   }
@@ -239,7 +242,8 @@ struct Calibration {
   }
 };
 
-/// The temperature that governs each axis of a triad, and its rate.
+/// For each axis of a triad, the temperature on which its parameters depend, and the rate of this
+/// temperature.
 struct ThermalState {
   Eigen::Vector3d degc = Eigen::Vector3d::Zero();
   Eigen::Vector3d rate_degcps = Eigen::Vector3d::Zero();
@@ -257,7 +261,7 @@ TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       double temperature_degc,
                                       double rate_degcps = 0.0);
 
-/// As above, with a temperature and a rate of its own for each axis (row of S).
+/// The same with separate temperatures and rates for the axes (rows of S).
 TriadModel<double> ModelAtTemperature(const TriadModel<double>& at_reference,
                                       const ThermalTerms& thermal,
                                       const ThermalState& state);

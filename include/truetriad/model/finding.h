@@ -12,8 +12,8 @@
 
 namespace truetriad {
 
-/// How a calibration ended. A converged fit need not be observable, and an observable one need not
-/// meet its limits.
+/// How a calibration ended. A fit that converged need not determine all parameters, and a fit that
+/// does need not meet its limits.
 enum class Outcome {
   kNotCalled,      ///< Nothing was run.
   kConverged,      ///< Usable.
@@ -46,7 +46,7 @@ std::optional<Mode> ModeFromName(std::string_view name);
 
 /// The severity of a finding.
 enum class Severity {
-  kNote,     ///< Good to know; nothing to do.
+  kNote,     ///< For information only; nothing has to be done.
   kWarning,  ///< The result may be worse than it looks.
   kRefusal,  ///< The result cannot be used.
 };
@@ -55,7 +55,8 @@ std::optional<Severity> SeverityFromName(std::string_view name);
 
 /// What was done about the effect of a finding on the parameters.
 enum class Treatment {
-  kNone,       ///< Nothing: no known effect, or it was left standing.
+  kNone,       ///< Nothing: there is no known effect, or the effect was neither corrected nor
+               ///< included in σ.
   kCorrected,  ///< The effect was subtracted.
   kWidened,    ///< The σ include the effect.
 };
@@ -184,7 +185,7 @@ struct FindingKind {
   FindingCode code;
   std::string_view name;  ///< "clock-offset": in files and for scripts, never renamed.
   Severity severity;      ///< The default, which a finding may change.
-  /// The outcome of a run if such a finding is a refusal; kConverged: it never is one.
+  /// The outcome of a run if such a finding is a refusal; kConverged if it never is a refusal.
   Outcome outcome;
   std::string_view meaning;  ///< One line.
   std::string_view remedy;   ///< What to do about it, in general; may be empty.
@@ -204,7 +205,7 @@ struct FindingValue {
   std::string unit;  ///< "s"; empty: none.
 };
 
-/// Something that the user of a run should know. Made as
+/// A fact about a run that its user should know. Created, for example, by
 ///
 ///   Finding(FindingCode::kClockOffset, "…").About(triad).With("offset", 0.01, 0.001, "s")
 struct Finding {
@@ -246,7 +247,8 @@ struct Finding {
 /// The findings of a run, in the order in which they arose.
 using Findings = std::vector<Finding>;
 
-/// The outcome of a completed run: that of the first refusal, or kConverged without refusals.
+/// The outcome of a completed run: the outcome of its first refusal, or kConverged if there is no
+/// refusal.
 Outcome OutcomeOf(const Findings& findings);
 
 /// The first finding of a code, or null.

@@ -18,21 +18,22 @@ namespace truetriad {
 struct Coverage {
   Triad triad = Triad::kAccelerometer;
   Eigen::Vector3d eigenvalues = Eigen::Vector3d::Zero();  ///< Of mean(u u^T), ascending; sum: 1.
-  /// Radius of the largest cap without a direction. A direction does not cover its opposite: only
-  /// both together determine the bias.
+  /// Radius of the largest cap without a direction. A direction does not count for the opposite
+  /// direction: only both together determine the bias.
   double largest_gap_deg = 180.0;
 };
 
-/// Coverage by unit vectors u (body frame); the gap is found on a grid of 4.5 degrees. Without
-/// directions: eigenvalues zero, gap 180.
+/// Computes the coverage from unit vectors u (body frame). The gap is searched on a grid of 4.5
+/// degrees. Without directions: eigenvalues zero, gap 180.
 Coverage DirectionCoverage(Triad triad, const std::vector<Eigen::Vector3d>& directions);
 
-/// The range allowed for a value, in the unit of its quantity; an infinite side is open.
+/// The allowed range of a value, in the unit of its quantity; an infinite end means no limit on
+/// that side.
 struct Limit {
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   std::optional<double> target;  ///< The intended value; not judged.
-  bool if_present = false;       ///< Calibrations without the quantity are not judged by it.
+  bool if_present = false;       ///< If a calibration lacks the quantity, the limit does not apply.
 
   /// A symmetric range: -most to `most`.
   static Limit Within(double most) { return {-most, most, std::nullopt, false}; }
@@ -64,8 +65,8 @@ struct LimitName {
   bool IsNeverNegative() const;
   /// Whether the quantity is a slope over temperature.
   bool IsSlope() const;
-  /// Whether the quantity depends on the magnetometer's common gain, which is a mere convention if
-  /// the field strength is unknown.
+  /// Whether the quantity depends on the magnetometer's common gain. This gain is a mere convention
+  /// if the field strength is unknown.
   bool GoesWithField() const;
   /// "m/s^2", "rad", "1"; with the sensor's true unit inserted.
   std::string Unit() const;
@@ -93,15 +94,15 @@ struct PoseResidual {
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  ///< Unit vector of the truth, body.
 };
 
-/// A turn that the operator stated, beside the turn that this calibration finds.
+/// Compares a turn that the operator stated with the turn that this calibration gives.
 struct TurnCheck {
   std::string name;                                 ///< "turn 1 (x_rot)".
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  ///< Body frame.
   double stated_rad = 0.0;
   double stated_sigma_rad = 0.0;
   double found_rad = 0.0;
-  /// σ of found_rad from parameters and readings. A turn that was used helped to determine the
-  /// parameters: this σ is then smaller than that of the difference from stated_rad.
+  /// σ of found_rad from parameters and readings. If the turn was used in the fit, it helped to
+  /// determine the parameters, and this σ is smaller than the σ of the difference from stated_rad.
   double found_sigma_rad = 0.0;
   bool used = false;  ///< False: the turn is held out, rejected or has a fault.
   std::string fault;  ///< Why the turn's readings are unusable, or empty.
@@ -127,13 +128,13 @@ struct SessionBias {
   Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();
 };
 
-/// Scatter of a sensor's bias between sessions in excess of its σ within each. Raw unit.
+/// Scatter of a sensor's bias between sessions beyond the σ of the bias in each session. Raw unit.
 struct BiasRepeatability {
   Triad triad = Triad::kAccelerometer;
   int sessions = 0;
   Eigen::Vector3d value_raw = Eigen::Vector3d::Zero();  ///< σ between sessions.
   Eigen::Vector3d sigma_raw = Eigen::Vector3d::Zero();  ///< σ of value_raw, given `sessions`.
-  /// σ of the bias of a future session about the stated mean.
+  /// σ of the deviation of a future session's bias from the stated mean.
   Eigen::Vector3d next_session_raw = Eigen::Vector3d::Zero();
 };
 
@@ -144,7 +145,8 @@ struct RejectedPose {
 };
 
 /// Turns, each predicted by a calibration that did not use it. The error is the angle between two
-/// directions at the next rest: gravity by the calibrated accelerometer, and gravity by the turn.
+/// directions at the next rest: gravity as the calibrated accelerometer measures it, and gravity as
+/// predicted from the turn.
 struct HeldOutTurns {
   std::vector<double> errors_rad;  ///< One per turn that could be predicted.
   double median_rad = 0.0;
@@ -171,16 +173,15 @@ struct LimitComponent {
   bool pass = false;
 };
 
-/// A limit and the worst component that it applies to, in the unit of its quantity.
+/// A limit, and the worst of the components to which it applies, in the unit of the quantity.
 struct LimitCheck {
-  std::string name;  ///< "accelerometer.bias", "accelerometer.bias.x".
-  std::string
-      component;  ///< Component of `worst`: "x", "xy"; empty if `name` has it, or for a scalar.
+  std::string name;       ///< "accelerometer.bias", "accelerometer.bias.x".
+  std::string component;  ///< Component of `worst`: "x", "xy"; empty for a scalar or if in `name`.
   Limit limit;
-  double worst = 0.0;  ///< The value whose guard band is nearest to a limit or furthest beyond.
+  double worst = 0.0;  ///< The value closest to its limit or furthest beyond, guard band included.
   double sigma = 0.0;  ///< σ of `worst`.
-  /// Probability that at least one component's true value is outside the limit. Each is judged at
-  /// its worst temperature; they are assumed to be independent.
+  /// Probability that at least one component's true value is outside the limit. Each component is
+  /// judged at its worst temperature, and components are assumed to be independent.
   double outside = 0.0;
   bool pass = false;
   double guard_band_k = 0.0;                    ///< value ± this many σ must be inside.
@@ -204,8 +205,8 @@ struct ModelAlternative {
   std::optional<double> held_out;
 };
 
-/// The poses of one triad at about one temperature: their own bias and its difference from the
-/// temperature terms, which are fitted to all poses.
+/// The poses of one triad at about one temperature: the bias from these poses alone, and its
+/// difference from the temperature terms, which are fitted to all poses.
 struct TemperatureSetting {
   Triad triad = Triad::kAccelerometer;
   double degc = 0.0;  ///< Mean over these poses.
@@ -241,7 +242,7 @@ struct RegressionStep {
 /// One term of a regression.
 struct RegressionTerm {
   std::string name;  ///< "tau T'"; SweepRegression defines the letters.
-  std::string unit;  ///< Of the coefficient: "m/s^2/(degC degC/s)".
+  std::string unit;  ///< Unit of the coefficient: "m/s^2/(degC degC/s)".
   bool chosen = false;
   double coefficient = 0.0, sigma = 0.0;  ///< Coefficient and σ of a chosen term.
   double f = 0.0, p_value = 1.0;          ///< Partial F given the chosen terms; NaN: not tested.
@@ -270,11 +271,12 @@ struct SweepAxis {
   double noise_sigma = 0.0;     ///< RMS σ of a window's mean from the noise inside the windows.
   double rms_before = 0.0;      ///< RMS of window means about the mean of their attitude.
   double rms_after = 0.0;       ///< RMS of window means about the fit.
-  double held_out = 0.0;        ///< RMS, each block of time predicted by the others; lags refitted.
+  double held_out = 0.0;        ///< RMS of blocks of time, each predicted from the others.
   double held_out_cubic = 0.0;  ///< `held_out` of a plain cubic in temperature.
   int folds = 0;
-  /// Residual while heating minus that while cooling, in the middle of the temperatures of both: of
-  /// a polynomial in temperature alone, and of the fit; NaN if there are no such temperatures.
+  /// Mean residual while heating minus that while cooling, in the middle of the range that both
+  /// cover: first for a polynomial in temperature alone, then for the fit; NaN if there is no
+  /// common range.
   double branch_gap = 0.0, branch_gap_after = 0.0;
   double correlation = 0.0;  ///< Correlation of neighbouring windows' residuals.
   double element_lag_s = 0.0, element_lag_sigma_s = 0.0;
@@ -285,7 +287,7 @@ struct SweepAxis {
   std::optional<SweepRegression> regression;
 };
 
-/// One window of a sweep, for charts; of many windows only some are kept.
+/// One window of a sweep, for charts. If there are many windows, only some are kept.
 struct SweepWindow {
   Triad triad = Triad::kAccelerometer;
   double time_s = 0.0, degc = 0.0, rate_degcps = 0.0;
@@ -294,14 +296,15 @@ struct SweepWindow {
   Eigen::Vector3d fit_sigma_raw = Eigen::Vector3d::Zero();
 };
 
-/// A term that the model lacks: its test, and how much it could shift parameters undetected.
+/// The test of a term that the model lacks, and how much the term could shift parameters without
+/// being detected.
 struct LeftOutTest {
   Triad triad = Triad::kAccelerometer;
   std::string term;       ///< "quadratic", "bias drift".
-  double p_value = 1.0;   ///< Of the term's test, given the terms that are shown.
+  double p_value = 1.0;   ///< p-value of the term's test beside the terms that are shown.
   bool is_shown = false;  ///< The term is corrected, or σ include it.
   /// Shift of the most affected parameter, in that parameter's σ, if the term changes by one σ of
-  /// the term; unset if the readings do not determine all of the term.
+  /// the term; unset if the readings do not determine the whole term.
   std::optional<double> kappa;
 };
 
@@ -314,7 +317,7 @@ struct RestQuality {
   std::vector<ModelAlternative> model_steps;
   std::vector<RejectedPose> rejected_poses;
   std::vector<TurnCheck> turns;            ///< The turns that were stated.
-  std::vector<ClockOffset> clock_offsets;  ///< Those that moves between rests determine.
+  std::vector<ClockOffset> clock_offsets;  ///< The offsets that moves between rests determine.
   /// For sensors with one bias per session; their mean is the sensor's bias.
   std::vector<SessionBias> sessions;
   std::vector<BiasRepeatability> repeatability;

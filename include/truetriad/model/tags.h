@@ -19,13 +19,13 @@ namespace truetriad {
 struct Tags {
   std::string part, revision;                                                  ///< `device:`
   std::string lot, station, operator_name, slot, fixture, order_number, note;  ///< `run:`
-  /// `device.firmware`: the firmware that wrote the log ("px4"). The members below hold for this
+  /// `device.firmware`: the firmware that wrote the log ("px4"). The members below belong to this
   /// firmware alone.
   std::string firmware;
   /// `device.ids`: the number by which firmware knows each sensor.
   PerTriad<std::optional<std::int64_t>> device_ids;
   /// `device.slots`: the firmware's number of the set of parameters for the sensor with that id;
-  /// kNoSlot: all sets belong to other sensors. `device.thermal_slots`: the number of the set of
+  /// kNoSlot if all sets belong to other sensors. `device.thermal_slots`: the number of the set of
   /// temperature terms, if firmware counts these sets separately.
   PerTriad<std::optional<std::int64_t>> device_slots, thermal_slots;
   static constexpr std::int64_t kNoSlot = -1;  // No set of parameters has this number.

@@ -60,7 +60,7 @@ Scalar ValueOf(AxisTerm term, const Scalar& felt) {
   return Scalar(0);
 }
 
-/// The slope f'(u); at the kink of the asymmetry, u = 0, the mean of both sides' slopes.
+/// Slope f'(u). At the kink of the asymmetry, u = 0, it is the mean of the slopes on both sides.
 template <typename Scalar>
 Scalar SlopeOf(AxisTerm term, const Scalar& felt) {
   switch (term) {
@@ -169,7 +169,7 @@ Value FactorOf(RateTerm term, const Value& tau, const Value& rate) {
 struct ParameterInfo {
   ParameterKind kind;
   std::string_view name;   ///< In the names of parameters.
-  bool is_matrix = false;  ///< 9 entries; else 3, one per axis.
+  bool is_matrix = false;  ///< Whether it has 9 entries instead of 3, one per axis.
   std::optional<RateTerm> rate = {};
   std::optional<AxisTerm> axis_term = {};
 };
@@ -291,8 +291,8 @@ struct TriadModel {
 
   Matrix3 Correction() const { return sensitivity.inverse(); }
 
-  /// The u of `reading`, which is raw - bias: that root of u + sum of a f(u) = reading which tends
-  /// to zero as the reading does. NaN if no u gives the reading.
+  /// The input u that gives `reading`, which is raw - bias: of the roots of u + sum of a f(u) =
+  /// reading, the one that tends to zero with the reading. NaN if no u gives the reading.
   Vector3 Felt(const Vector3& reading) const {
     using std::sqrt;
     const Vector3& quadratic = axis_terms[AxisTerm::kQuadratic];
@@ -339,7 +339,7 @@ struct TriadModel {
     using std::abs;
     constexpr int kMostSteps = 100;       // Bisection alone reaches 2^-53 in 53 steps.
     constexpr double kPrecision = 1e-14;  // Relative; 45 times the rounding.
-    // From here on absolute values are used: the reading counts as positive.
+    // From here on, all values are multiplied by the sign of the reading, so that it is positive.
     const Scalar sign(reading < Scalar(0) ? -1.0 : 1.0);
     Scalar low(0), high(std::numeric_limits<double>::infinity());
     Scalar size = sign * start;

@@ -24,7 +24,7 @@ namespace truetriad {
 /// How much of the sensitivity matrix is estimated.
 enum class MatrixModel {
   kBias,      ///< Bias only; the matrix is held (identity in the log's unit, or the prior's value).
-  kDiagonal,  ///< Three gains; the axes may be permuted or mirrored.
+  kDiagonal,  ///< Three gains; the axes may be permuted or reversed.
   kSymmetric,  ///< Gains and three misalignments, rotation held.
   kFull,       ///< All entries that the gauge leaves free.
   kAuto,       ///< Chosen by comparing nested models.
@@ -63,7 +63,7 @@ struct TriadPrior {
 /// A data sheet's non-linearity, as one σ: how far the readings deviate from their best-fit
 /// straight line (least squares, IEEE Std 528) over the sensor's range.
 struct Nonlinearity {
-  /// IsValid refuses a larger non-linearity: such a sensor is not linear.
+  /// IsValid refuses a larger non-linearity, with which a sensor is not linear at all.
   static constexpr double kMostPercent = 10.0;
 
   double percent_of_full_scale = 0.0;  ///< 100 % is full_scale. Range: > 0, at most 10.
@@ -117,12 +117,12 @@ struct ThermalOptions {
   // If a flag is true, significance and held-out error choose the order, up to that stated above.
   bool bias_order_auto = false;
   bool rate_auto = false;  ///< Terms of `rate` are added and removed one by one.
-  // Not for a sweep, which does not determine the sensitivity.
+  // These two are not used for a sweep, which does not determine the sensitivity.
   bool matrix_order_auto = false;
   bool matrix_auto = false;  ///< The shape is chosen: kScale, kDiagonal, … up to `matrix`.
 
-  // Only for a sweep (CalibrateOptions::sweep).
-  /// Number of first-order lags between thermometer and element: 0, 1 or 2. model/thermal.h.
+  // The rest is used only for a sweep (CalibrateOptions::sweep). Number of first-order lags between
+  // thermometer and element: 0, 1 or 2. model/thermal.h.
   int lags = 0;
   /// Held-out error decides the number of lags.
   bool lags_auto = false;
@@ -132,8 +132,8 @@ struct ThermalOptions {
   int find_knots = 0;
   /// If true, the slope of the bias does not change at a knot, only its curvature.
   bool smooth_knots = false;
-  /// Which factors the regression has that is reported beside the terms (SweepRegression), indexed
-  /// by RegressionFactor. If all are false, there is no regression.
+  /// Which factors the regression (SweepRegression) has, indexed by RegressionFactor. The
+  /// regression is reported in addition to the terms. If all are false, there is no regression.
   std::array<bool, kRegressionFactors> regression{};
 
   bool any() const;
@@ -148,18 +148,18 @@ struct ThermalOptions {
 };
 
 struct TriadOptions {
-  /// Calibrate this triad at all.
+  /// Whether this triad is calibrated.
   bool enabled = false;
   MatrixModel model = MatrixModel::kFull;
-  /// Body axes along which the sensing axes point (model/mounting.h); unset: any. If the triad
+  /// Body axes along which the sensing axes point (model/mounting.h); unset: any axes. If the triad
   /// defines the body frame, its mounting defines that frame; otherwise the fit must agree with it.
   std::optional<Eigen::Matrix3d> mounting;
   /// Whether `mounting` was not stated but found before the fit.
   bool is_mounting_found = false;
   /// Accelerometer only.
   AccelerometerSign sign = AccelerometerSign::kSpecificForce;
-  /// σ of a pose mean on each axis, raw unit. Unset: from the readings inside the rests, from a
-  /// table's sigma columns, or, if both are missing, from the residuals.
+  /// σ of a pose mean on each axis, raw unit. Unset: it is taken from the readings within the
+  /// rests, from the sigma columns of a table or, if both are missing, from the residuals.
   std::optional<Eigen::Vector3d> noise_sigma_raw;
   /// Where noise_sigma_raw came from.
   NoiseSource noise_source = NoiseSource::kConfig;
@@ -167,26 +167,29 @@ struct TriadOptions {
   std::optional<AllanNoise> allan;
   /// Pose-to-pose noise beyond the noise inside a rest.
   ExcessNoise excess = ExcessNoise::kEstimate;
-  /// σ of that noise for ExcessNoise::kGiven, true unit.
+  /// σ of the excess noise for ExcessNoise::kGiven, true unit.
   double excess_sigma = 0.0;
   std::optional<TriadPrior> prior;
-  /// Hold the sensitivity at this value (raw per true unit).
+  /// If set, the sensitivity is held at this value (raw per true unit).
   std::optional<Eigen::Matrix3d> fixed_sensitivity;
-  /// Model `auto` only: the matrix that its candidate `bias` holds; unset: `bias` is no candidate.
+  /// For the model `auto`: the matrix that its candidate `bias` holds; unset: `bias` is no
+  /// candidate.
   std::optional<Eigen::Matrix3d> nominal_sensitivity;
   /// Whether each session has a bias of its own; the result is then the mean of these biases.
   /// Unset: true for accelerometer and gyroscope, whose bias changes at each switching on.
   std::optional<bool> bias_per_session;
-  /// Hold the bias at this value (raw unit).
+  /// If set, the bias is held at this value (raw unit).
   std::optional<Eigen::Vector3d> fixed_bias;
-  /// Temperature terms, zero at reference.temperature_degc. They need a temperature of every pose.
+  /// Temperature terms, zero at reference.temperature_degc. With them, every pose needs a
+  /// temperature.
   ThermalOptions thermal;
   /// Gyroscope only: whether its readings depend on the specific force.
   Wanted g_sensitivity = Wanted::kNo;
   /// Each term belongs to one kind of sensor (terms.h). Poses with axes halfway up separate a
-  /// quadratic term from bias and gain; turns both ways separate an asymmetry from the gain.
+  /// quadratic term from bias and gain; turns in both directions separate an asymmetry from the
+  /// gain.
   PerAxisTerm<Wanted> axis_terms = {};
-  /// Nonlinearity that the model lacks: σ include as much of it as the readings do not exclude.
+  /// A nonlinearity that the model lacks. The σ include the part that the readings do not exclude.
   std::optional<Nonlinearity> nonlinearity;
 
   bool HasAxisTerm(Wanted wanted) const {
@@ -202,7 +205,8 @@ struct EarthRateOptions {
 
 struct ReferenceOptions {
   Knowledge gravity_mps2{kStandardGravityMps2, 0.0};
-  /// If unknown, the magnetometer's common scale is unobservable; B has a fixed nominal value.
+  /// If it is unknown, the magnetometer's common scale is unobservable; B is held at a nominal
+  /// value.
   Knowledge field_ut;
   Knowledge dip_rad;
   /// If the dip is unknown, decides between (S_mag, dip) and (-S_mag, -dip), which fit equally
@@ -227,7 +231,7 @@ struct AttitudeOptions {
   AttitudeKind kind = AttitudeKind::kNone;
   /// Six-face: σ of the tilt of a face, which all rests on that face share, degrees. Range: > 0.
   double tilt_sigma_deg = 0.5;
-  /// The stated σ, if the poses showed larger tilts; `tilt_sigma_deg` is then the σ found.
+  /// The stated σ, if poses showed larger tilts; unset otherwise. `tilt_sigma_deg` is the σ used.
   std::optional<double> stated_tilt_sigma_deg;
   /// Six-face: σ of a rest's tilt relative to the tilt of its face, degrees. Range: >= 0.
   double seat_sigma_deg = 0.05;
@@ -237,7 +241,7 @@ struct AttitudeOptions {
 };
 
 struct RobustOptions {
-  /// Off: every pose has full weight and none is rejected.
+  /// If false, every pose has full weight and none is rejected.
   bool enabled = true;
   /// Normalised residual at which a pose starts to lose weight. Range: > 0.
   double scale = 3.0;
@@ -255,14 +259,14 @@ enum class InitialiseMethod {
 /// the gyroscope, and the accelerometer or the magnetometer; their parameters may be held.
 struct MotionOptions {
   /// Time between two attitudes of the chain, s, rounded to a whole number of gyroscope readings;
-  /// 0: one attitude per reading. Readings between two attitudes are used too: the gyroscope's
-  /// rotation refers them to one of the attitudes. Range: >= 0.
+  /// 0: one attitude per reading. Readings between two attitudes are also used: they are rotated to
+  /// one of the attitudes by the gyroscope. Range: >= 0.
   double spacing_s = 0.1;
 };
 
 struct InitialiseOptions {
   InitialiseMethod method = InitialiseMethod::kAuto;
-  /// Stop at the start values and report them.
+  /// Whether to stop at the start values and report them.
   bool only = false;
   /// Known specific force of each pose (body frame, true unit), for the six-position method; empty:
   /// nominal ±g along the face's axis.
@@ -284,7 +288,7 @@ struct SweepOptions {
   /// unset) and at fixed_sensitivity.
   std::optional<Calibration> static_calibration;
   std::string static_file;  ///< For messages.
-  /// Every range of temperatures has the same weight. Off: every reading has the same weight.
+  /// If true, every range of temperatures has the same weight; if false, every reading has.
   bool even_temperatures = true;
 };
 
@@ -306,21 +310,22 @@ struct CalibrateOptions {
   Solver solver = Solver::kEliminated;
   Gauge gauge = Gauge::kAccelX;
   /// The axes of known turns or rates are stated; they define the body frame of a gyroscope that is
-  /// calibrated alone. Off: only the magnitudes of its rates are known (StatedRate::is_axis_known).
+  /// calibrated alone. If false, only the magnitudes of its rates are known
+  /// (StatedRate::is_axis_known).
   bool has_stated_axes = true;
-  /// Refuse readings, times and temperatures that are impossible in their unit. Off: stated units
-  /// are accepted as they are (for a field in coils or a normalised strength).
+  /// Whether readings, times and temperatures that are impossible in their unit are refused. If
+  /// false, stated units are accepted as they are (for a field in coils or a normalised strength).
   bool check_units = true;
-  /// Clock offsets between sensors that the recording shows are corrected. Off: the offsets are
-  /// those that `time_offset_s` states, and σ include the effect of any further offset.
+  /// Whether clock offsets between sensors that the recording shows are corrected. If false, only
+  /// the offsets that `time_offset_s` states are, and σ include the effect of any further offset.
   bool corrects_clocks = true;
-  /// A corrected fault refuses the unit if it moves some parameter by more than this many σ of that
-  /// parameter. Unset: no corrected fault refuses the unit; the limits decide. Range: >= 0.
+  /// If a corrected fault moves some parameter by more than this many σ of that parameter, the unit
+  /// is refused. Unset: no corrected fault refuses the unit, and the limits decide. Range: >= 0.
   std::optional<double> strict_shift_sigmas;
   /// Folds of the cross-validation over poses; 0: none. Range: 0 or >= 2.
   int cross_validation_folds = 5;
-  /// Largest σ along any direction of parameter space, as a share of the signal, at which the
-  /// parameters count as determined. Range: (0, 1).
+  /// The parameters count as determined if σ along every direction of parameter space is at most
+  /// this share of the signal. Range: (0, 1).
   double observable_sigma = 0.1;
 
   /// Whether the gyroscope is calibrated without any sensor of gravity or field.

@@ -14,7 +14,8 @@ namespace truetriad {
 
 struct Plan;
 
-/// How good the result is that a text begins with; neutral: usable, but without limits to meet.
+/// How good the result is that a report states. Neutral: it is usable, but there are no limits to
+/// meet.
 enum class Grade { kGood, kNeutral, kCaution, kBad };
 Grade GradeOf(const Calibration& calibration);
 
@@ -31,7 +32,8 @@ struct EmbeddedScript {
 struct ReportLooks {
   /// The folder of report.css and report.js as seen from the page; empty: the page contains them.
   std::string assets = {};
-  /// Plotly with `scatter3d` traces, so that spheres turn; empty: none turn. Only without `assets`.
+  /// Plotly with `scatter3d` traces, with which spheres can be turned; empty: they cannot. Used
+  /// only if `assets` is empty.
   EmbeddedScript plots = {};
 };
 
@@ -43,12 +45,12 @@ struct Drawing {
   std::string scene = {};   ///< JSON from which a script draws; empty: none.
 };
 
-/// What a page shows beyond the contents of a calibration file; each may be missing.
+/// What a page shows in addition to a calibration file; each member may be missing.
 struct ReportSources {
   const PoseSet* poses = nullptr;  ///< The input: the recording over time.
   std::vector<Drawing> noise;      ///< Drawings of the recording at rest that shows the noise.
-  /// An earlier page of the same calibration; if it shows sources, these drawings are copied. May
-  /// be empty.
+  /// An earlier page of the same calibration, or empty. If the page shows sources, its drawings are
+  /// copied.
   std::string_view earlier_page = {};
 };
 
@@ -61,7 +63,8 @@ std::string CalibrationHtml(const Calibration& calibration,
 std::string ReportStyleSheet();
 std::string ReportScript();
 
-/// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z", as far as the file holds it.
+/// "cal.yaml: unit A17, calibrated 2026-01-31T12:00:00Z"; parts that the file does not state are
+/// left out.
 std::string OriginOf(const std::string& file, const Calibration& calibration);
 
 /// The report of other verbs: as terminal text, and as a page like that of a calibration.

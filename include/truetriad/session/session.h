@@ -31,7 +31,7 @@ struct SensorReadings {
   std::string digest;  ///< 16 hexadecimal digits.
 };
 
-/// The poses of one recording or pose table, and where they came from.
+/// The poses of one recording or pose table, and how they were obtained.
 struct LoadedPoses {
   std::string input;   ///< The name with which the input was opened.
   PosesConfig config;  ///< How the poses were searched for.
@@ -39,7 +39,8 @@ struct LoadedPoses {
   std::vector<InputFile> inputs;
   std::vector<SensorReadings> readings;  ///< One for each sensor, session after session.
   PerTriad<std::optional<double>> si_per_count;
-  /// Static detection found the poses: neither the recording nor the caller states them.
+  /// Whether static detection found the poses, since neither the recording nor the caller states
+  /// them.
   bool are_detected = false;
   bool are_rows = false;  ///< Each row is a pose.
   /// Why a readable recording has no pose. `poses` then describes its streams.
@@ -47,14 +48,16 @@ struct LoadedPoses {
 };
 
 /// Reads a pose table, or a recording. The poses of a recording are found as `config` states if
-/// `config.given`, else as the recording states, else by static detection. A recording that
-/// `opener` opens is never a pose table. Error (bad input): the input cannot be read or trusted.
+/// `config.given`, otherwise as the recording states. If neither states how, they are found by
+/// static detection. A recording that `opener` opens is never a pose table. Error (bad input): the
+/// input cannot be read or trusted.
 Result<LoadedPoses> LoadPoses(const std::string& input,
                               const PosesConfig& config,
                               const ProgressCallback& progress = {},
                               const RecordingOpener& opener = {});
 
-/// Digests of the first `most` readings of each sensor (unset: all). Nullopt: `log` is unreadable.
+/// Digests of the first `most` readings of each sensor, or of all readings if `most` is unset.
+/// Nullopt if `log` is unreadable.
 std::optional<std::vector<SensorReadings>> ReadingsOf(const std::string& log,
                                                       std::optional<std::int64_t> most);
 
@@ -68,7 +71,7 @@ Status CheckSameSensors(const std::string& what,
                         const Tags& tags,
                         const Calibration& of,
                         const std::string& remedy = "give the calibration of this sensor");
-/// As above, for two calibrations.
+/// The same check for two calibrations.
 inline Status CheckSameSensors(
     const std::string& file,
     const Calibration& one,
@@ -77,9 +80,9 @@ inline Status CheckSameSensors(
   return CheckSameSensors(file, one.serial, one.tags, other, remedy);
 }
 
-/// Loads a recording to evaluate calibrations on. `poses` states how its poses are found
-/// (ParsePoses); the first calibration states how clocks are treated. Errors: as LoadPoses and
-/// CheckSameSensors, or the recording has no pose.
+/// Loads a recording on which calibrations are to be evaluated. `poses` states how its poses are
+/// found (ParsePoses); the first calibration states how clocks are treated. Errors: as LoadPoses
+/// and CheckSameSensors, or the recording has no pose.
 Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
                                    const std::string& input,
                                    const std::string& poses,
@@ -88,8 +91,9 @@ Result<LoadedPoses> LoadToEvaluate(const std::vector<Calibration>& calibrations,
 
 /// Calibrates from experiment.inputs and fills in everything that calibration.yaml states. Too
 /// little data is an outcome, not an error. `first` is the first input, if it was loaded before: it
-/// is read again only if the experiment asks for other poses. `poses` and `readings`, unless null,
-/// are set to those used. Error (bad input, usage): files contradict the experiment or each other.
+/// is read again only if the experiment asks for other poses. Unless they are null, `poses` and
+/// `readings` are set to the poses and readings that were used. Error (bad input, usage): files
+/// contradict the experiment or each other.
 Result<Calibration> CalibrateExperiment(Experiment experiment,
                                         const ProgressCallback& progress = {},
                                         std::optional<LoadedPoses> first = std::nullopt,
@@ -104,15 +108,15 @@ struct FirstLook {
 };
 
 /// Paths in the experiment are relative to `folder`, where it will be stored (empty: the current
-/// one). Error (bad input): a recording that cannot be read. Error (not enough): the recordings
-/// have a gyroscope alone.
+/// one). Error (bad input): a recording that cannot be read. Error (not enough): a gyroscope is the
+/// only sensor of the recordings.
 Result<FirstLook> InitialExperiment(const std::vector<std::string>& inputs,
                                     const std::string& folder,
                                     const ProgressCallback& progress = {},
                                     const RecordingOpener& opener = {});
 
 /// Calibrates every sensor of a recording about which nothing else is known, with poses as `config`
-/// states. Too little data is an outcome, not an error. Errors: as InitialExperiment and
+/// states. Too little data is an outcome, not an error. Errors: those of InitialExperiment and
 /// CalibrateExperiment.
 Result<Calibration> TryCalibration(const std::string& input,
                                    const LoadedPoses& loaded,
@@ -120,8 +124,9 @@ Result<Calibration> TryCalibration(const std::string& input,
                                    const ProgressCallback& progress = {});
 
 /// Plans poses as the `plan:` block of `experiment` asks, in addition to those of the recording
-/// `measured`; if this is empty and the block has `start: recording`, those of the experiment's
-/// own. Error (bad input, usage): as CalibrateExperiment, and what MakePlan refuses.
+/// `measured`. If this is empty and the block has `start: recording`: in addition to those of the
+/// experiment's own recording. Error (bad input, usage): as CalibrateExperiment, and what MakePlan
+/// refuses.
 Result<Plan> PlanExperiment(Experiment experiment,
                             const std::string& measured,
                             const ProgressCallback& progress = {});

@@ -22,8 +22,8 @@
 
 namespace truetriad {
 
-/// How units of one kind differ from the nominal one: standard deviations, each entry drawn
-/// independently and normally. All zero: every unit equals the nominal one.
+/// How units of one kind differ from the nominal unit, as standard deviations. Each entry is drawn
+/// independently from a normal distribution. All zero: every unit equals the nominal one.
 struct UnitSpread {
   double bias = 0.0;              ///< Each axis, true unit.
   double scale = 0.0;             ///< Each gain, relative: 0.01 = 1 %.
@@ -36,8 +36,8 @@ struct UnitSpread {
   PerAxisTerm<double> axis_terms = {};
 };
 
-/// Noise of one triad, per axis, as if added to the true quantity: in readings it is multiplied by
-/// the nominal gain |diag S|. All zero: no noise. Range of every number: >= 0.
+/// Noise of one triad, per axis, stated as if it were added to the true quantity: in the readings
+/// it is multiplied by the nominal gain |diag S|. All zero: no noise. Range of every number: >= 0.
 struct SensorNoise {
   /// White noise N, true unit / sqrt(Hz): one sample's sigma is N sqrt(rate), and N is the Allan
   /// deviation at 1 s (IEEE Std 952-1997, C.1.1: angle or velocity random walk).
@@ -64,7 +64,7 @@ struct SensorSampling {
 
 /// What the gyroscope reports.
 enum class GyroscopeOutput {
-  /// The mean rate since the last sample (at the first sample: over one interval): Log(R'(t1)^T
+  /// The mean rate since the last sample (for the first sample, over one interval): Log(R'(t1)^T
   /// R'(t2)) / (t2 - t1). R' is the attitude against the stars, so that integrating the readings
   /// restores the attitudes to the last digit. If a sample drops out, its part of the turn is lost.
   /// Range: less than half a turn from sample to sample.
@@ -74,7 +74,7 @@ enum class GyroscopeOutput {
 
 /// One triad of the simulated units.
 struct SimulatedTriad {
-  Unit unit;                           ///< Of the readings.
+  Unit unit;                           ///< Unit of the readings.
   std::optional<double> si_per_count;  ///< Stated in the recording; only for readings in counts.
 
   /// Bias in raw, sensitivity in raw per true unit. Axis terms are only those that this kind of
@@ -100,7 +100,7 @@ struct SimulatedTriad {
 struct SimulatedWorld {
   struct EarthRate {
     double latitude_rad = 0.0;     ///< North positive.
-    double declination_rad = 0.0;  ///< Magnetic north east of true north: positive.
+    double declination_rad = 0.0;  ///< Positive if magnetic north is east of true north.
   };
   double gravity_mps2 = kStandardGravityMps2;  ///< Range: 1.5…30.
   double field_ut = 48.0;                      ///< Range: 0, or 1…1000.
@@ -112,7 +112,7 @@ struct SimulatedWorld {
 struct PosesStep {
   std::vector<ProgramPose> poses;
   double rest_s = 4.0;       ///< Range: > 0.
-  double rest_spread = 0.0;  ///< Rest lengths: uniform in rest_s (1 ± this). Range: 0…0.9.
+  double rest_spread = 0.0;  ///< Rests last rest_s (1 ± this), uniform. Range: 0…0.9.
   double move_s = 1.2;       ///< Range: > 0.
   /// Sigma, about each body axis, of the error with which each pose is taken.
   double tilt_sigma_rad = 0.0;
@@ -123,7 +123,7 @@ struct PosesStep {
 /// A turn about a body axis by any number of revolutions, then a rest (Ferraris-style).
 struct TurnStep {
   Eigen::Vector3d axis_in_body = Eigen::Vector3d::UnitZ();  ///< Any length but zero.
-  double turns = 1.0;                                       ///< Signed.
+  double turns = 1.0;                                       ///< Number of turns, signed.
   double duration_s = 4.0;                                  ///< Range: > 0.
   double rest_s = 2.0;                                      ///< Range: >= 0.
 };
@@ -140,9 +140,9 @@ struct RateStep {
 /// Continuous turning through all attitudes, no two alike, from rest to rest.
 struct TumbleStep {
   double duration_s = 60.0;     ///< Range: > 0.
-  double rms_rate_radps = 2.0;  ///< RMS length of the rate once it is under way. Range: > 0.
-  /// RMS along each world axis of the hand's own acceleration, at some tenths of a hertz to 2 Hz.
-  /// Range: >= 0.
+  double rms_rate_radps = 2.0;  ///< RMS length of the rate at full speed. Range: > 0.
+  /// RMS of the acceleration that the hand adds along each world axis, at frequencies from some
+  /// tenths of a hertz to 2 Hz. Range: >= 0.
   double hand_acceleration_mps2 = 0.0;
 };
 
@@ -160,7 +160,7 @@ struct TemperatureRamp {
   double rate_degcps = 0.01;  ///< Absolute; the sign follows from start and end. Range: > 0.
 };
 struct TemperatureSine {
-  double amplitude_degc = 0.0;  ///< About the temperature at the sine's start, up first.
+  double amplitude_degc = 0.0;  ///< About the temperature at the sine's start; rises first.
   double period_s = 3600.0;     ///< Range: > 0.
   double duration_s = 3600.0;   ///< Range: > 0.
 };
@@ -172,11 +172,11 @@ struct SimulatedTemperature {
   /// The chamber's temperature from the start of the recording on, held at its last value
   /// afterwards. The motion alone sets the length of the recording. Not together with `soak_degc`.
   std::vector<TemperatureSegment> profile;
-  /// Soak temperatures: the motion is repeated at each; the unit rests while the chamber goes
-  /// there.
+  /// Soak temperatures. The motion is repeated at each of them, and the unit rests while the
+  /// chamber changes its temperature.
   std::vector<double> soak_degc;
-  /// How fast the chamber goes to a soak or to the temperature that a pose asks for, and how long
-  /// the unit waits there before the next move.
+  /// How fast the chamber changes to a soak temperature or to the temperature of a pose, and how
+  /// long the unit then waits before the next move.
   double chamber_rate_degcps = 0.05;  ///< Range: > 0.
   double settle_s = 60.0;             ///< Range: >= 0.
 
@@ -185,7 +185,7 @@ struct SimulatedTemperature {
   double thermometer_noise_degc = 0.0;  ///< Sigma of one reading.
   double thermometer_resolution_degc = 0.0;  ///< 0: not rounded.
   /// Half-width of the play between the element's temperature and the temperature on which bias and
-  /// matrix depend: the latter does not follow until the play is used up.
+  /// matrix depend: the second one does not follow the first until the play is used up.
   double hysteresis_degc = 0.0;
   bool logged = true;  ///< The recording has a temperature column.
 
@@ -219,13 +219,14 @@ struct MagnetPassing {
   Eigen::Vector3d peak_ut = Eigen::Vector3d::Zero();  ///< World frame.
 };
 
-/// Iron or a magnet on the unit comes loose: its field in the body changes from then on.
+/// Iron or a magnet on the unit comes loose: from then on, its field in the body is different.
 struct HardIronStep {
   DisturbanceTime when;
   Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< Body frame.
 };
 
-/// The unit, or iron about it, is carried elsewhere: the field around it changes from then on.
+/// The unit, or iron near it, is moved to another place: from then on, the field around the unit is
+/// different.
 struct FieldStep {
   DisturbanceTime when;
   Eigen::Vector3d change_ut = Eigen::Vector3d::Zero();  ///< World frame.
@@ -261,15 +262,15 @@ struct Scenario {
 
   PerTriad<std::optional<SimulatedTriad>> sensors;  ///< At least one.
   SimulatedWorld world;
-  /// In this order; at least one. The unit starts at rest: in the first pose if PosesStep comes
-  /// first, else with its axes along those of the world.
+  /// The steps in their order, at least one. The unit starts at rest: in the first pose if
+  /// PosesStep comes first, else with its axes along those of the world.
   std::vector<MotionStep> motion;
   double first_rest_s = 2.0;  ///< Rest before the first step when that is not PosesStep.
   SimulatedTemperature temperature;
   std::vector<Disturbance> disturbances;
 
-  /// Every value out of its range and every contradiction between values, with what was seen, what
-  /// is expected, and the key of a scenario's file that it is about.
+  /// Every value that is out of its range, and every contradiction between values. Each error
+  /// states what was seen, what is expected, and the key of the scenario's file.
   std::vector<Error> Mistakes() const;
   /// Error (bad input): all mistakes, a line each.
   Status Validate() const;
@@ -294,18 +295,19 @@ SimulatedUnit DrawUnit(const Scenario& scenario, int index);
 
 /// The scenario of one session (0-based) of unit `index`: that unit alone, with the bias that it
 /// has after it was switched on, and random numbers of the session's own. The first session of unit
-/// 0 differs from a scenario without sessions in its bias alone.
+/// 0 differs only in its bias from the same scenario without sessions.
 Scenario SessionOf(const Scenario& scenario, int index, int session);
 
 /// The truth of unit `index` in the schema of a calibration, to be compared with what is estimated
-/// from its recording: outcome kConverged, every sigma zero; the covariance lists all of the unit's
-/// parameters, temperature terms and g-sensitivity too. Gauge `accel-x` if the leading triad's
+/// from its recording: outcome kConverged, every sigma zero; the covariance lists all parameters of
+/// the unit, including temperature terms and g-sensitivity. Gauge `accel-x` if the leading triad's
 /// matrix has that form, else `fixture`: the body frame is that of the scenario's attitudes. The
 /// reference temperature is that of the thermal terms if there are any, else the scenario's start.
 Calibration TruthOf(const Scenario& scenario, int index);
 
 class Simulation;
-/// As TruthOf above, but with the biases averaged over a recording that has been read to its end.
+/// Like TruthOf above, but with the mean biases over a recording, which must have been read to its
+/// end.
 Calibration TruthOf(const Scenario& scenario, int index, const Simulation& simulation);
 
 /// One rest of the recording, as it really is.
@@ -330,10 +332,10 @@ class Simulation : public SampleSource {
   /// Every rest between moves that is longer than zero.
   virtual const std::vector<TrueRest>& rests() const = 0;
 
-  /// The rows of each rest, as `poses.yaml` states them: in the accelerometer's file; without one,
-  /// in the magnetometer's, else in the gyroscope's. The first sampling interval is left out, since
-  /// a gyroscope averages part of the move over it. Complete once everything has been read. Rests
-  /// shorter than a sampling interval are missing.
+  /// Rows of each rest, as `poses.yaml` states them. They count rows of the accelerometer's file;
+  /// without an accelerometer, of the magnetometer's file or, without both, of the gyroscope's. The
+  /// first sampling interval is left out, since a gyroscope averages part of the move over it.
+  /// Complete once everything has been read. Rests shorter than a sampling interval are missing.
   virtual std::vector<PoseRange> rest_rows() const = 0;
 
   /// What the operator of a table would state of the scenario's `turn` and `turntable` steps, with
@@ -343,11 +345,12 @@ class Simulation : public SampleSource {
   virtual std::vector<StatedRate> rates() const = 0;
 
   /// What bias instability and random walk added to a triad's bias, raw: the mean over the rests,
-  /// each counting once; if the unit tumbles, over the recording. Complete once everything has been
-  /// read.
+  /// each of which counts once. If the unit tumbles, it is the mean over the recording. Complete
+  /// once everything has been read.
   virtual Eigen::Vector3d mean_wander(Triad triad) const = 0;
 
-  /// Attitude at a true time, held at the ends.
+  /// The attitude at a true time. Before the start and after the end it is that of the start or the
+  /// end.
   virtual Eigen::Quaterniond WorldFromBody(double time_s) const = 0;
 
   /// Length of the recording.

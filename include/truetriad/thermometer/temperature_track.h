@@ -6,7 +6,7 @@
 
 namespace truetriad {
 
-/// How the noise of a thermometer enters its smoothed track. The noise of different blocks of time
+/// How the noise of a thermometer affects its smoothed track. The noise of different blocks of time
 /// is independent; the errors of temperature and rate at place i of the track are
 ///
 ///   sum_b sigma_b n_b degc(i, b)   and   sum_b sigma_b n_b rate(i, b),   n_b ~ N(0, 1)

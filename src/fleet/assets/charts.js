@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The common parts of all charts of the page, built on uPlot. Colours come from the style sheet;
-// marks differ in form, too.
+// marks differ not only in colour but also in form.
 'use strict';
 (() => {
   const { text, element } = window.fleet;
@@ -33,7 +33,8 @@
       const [day, time] = (step < 60 ? text.second(tick) : text.minute(tick)).split(' ');
       return k === 0 || /^00:00(:00)?$/.test(time) ? `${time}\n${day}` : time;
     });
-  // The steps of uPlot from 1 s on; neighbouring labels with shorter steps would be equal.
+  // The steps of uPlot's time axis from 1 s up. With shorter steps, neighbouring labels would be
+  // equal.
   const steps = [...[1, 5, 10, 15, 30].flatMap((n) => [n, 60 * n]).sort((a, b) => a - b),
     ...[1, 2, 3, 4, 6, 8, 12].map((n) => 3600 * n), ...[1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 15, 30, 60, 90, 120, 180].map((n) => 86400 * n),
     ...[1, 2, 5, 10, 25, 50, 100].map((n) => 365 * 86400 * n)];

@@ -14,7 +14,7 @@
   const option = (value, label) => element('option', { value }, label ?? value);
   verdict.append(option('', 'all'), option('good', 'good'), option('not-good', 'not good'));
   verdict.append(element('optgroup', { label: 'one' }, ...units.verdict.words.map((word) => option(word))));
-  // A tag with more values names single units, so it gets no list; the search finds them.
+  // A tag with more values than this has no list, only the search: the values name single units.
   const kMostWords = 2000;
   for (const tag of units.tags) {
     if (tag.words.length < 2 || tag.words.length > kMostWords) continue;

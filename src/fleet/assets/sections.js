@@ -34,7 +34,8 @@
     document.getElementById('verdicts').replaceChildren(tableOf(['verdict', '>units', '>share'], rows));
   };
 
-  // Reasons by frequency. Each has the cumulative share of units that are not good.
+  // The reasons why units are not good, the most frequent first, each with the cumulative share of
+  // these units.
   const showReasons = (shown, filter, choose) => {
     const reasons = countBy(units.code, shown, (i) => !units.isGood(i));
     const place = document.getElementById('reasons');
@@ -61,7 +62,8 @@
   const kHour = 3600;
   const kDay = 24 * kHour;
 
-  // Counts units in intervals of 5 minutes, an hour, a day or a week, by the span of all times.
+  // Counts units in intervals of 5 minutes, an hour, a day or a week, depending on the span of all
+  // times.
   const binned = (all) => {
     const shown = all.filter((i) => Number.isFinite(units.recorded[i]));
     let first = Infinity;
@@ -202,7 +204,7 @@
   // with their alarms
 
   const line = units.line;
-  const kAlarms = 50; // So many last alarms are shown.
+  const kAlarms = 50; // Only this many alarms are shown, the last ones.
 
   const kinds = {
     ewma: 'EWMA of units',
@@ -242,7 +244,8 @@
     });
   };
 
-  // A chart of a station, both selected from lists. The station with the last alarm comes first.
+  // A chart of one station. The user selects both from lists; at first, the station with the last
+  // alarm is selected.
   const chartsOf = () => {
     if (!line.charts?.length) return [];
     const station = element('select', {}, ...line.charts.map((each, k) => element('option', { value: k }, each.station || 'no station')));
@@ -280,7 +283,7 @@
           tableIn('Alarms', ['measured, UTC', 'unit', 'chart', 'most due to', '>value (limit)'], rows)]));
       draw();
     };
-    // The latest alarm needs action first.
+    // At first shows the station with the latest alarm, which needs action first.
     const since = (each) => each.alarms[each.alarms.length - 1]?.recorded || '';
     const latest = line.charts.reduce((most, each, k) => (since(each) > since(line.charts[most]) ? k : most), 0);
     station.value = String(latest);
@@ -312,7 +315,7 @@
     const rows = [...runs].reverse().map((run) => {
       const links = run.report ? element('a', { href: run.report }, 'report') : '–';
       const tags = run.tags.map(([name, value]) => `${name} ${value}`).join(', ');
-      const when = element('span', {}, time(run), element('small', {}, ` ${by[run.by] ?? ''}`), run.counts && runs.length > 1 ? element('small', {}, ' counts') : '');
+      const when = element('span', {}, time(run), element('small', {}, ` ${by[run.by] ?? ''}`), run.counts && runs.length > 1 ? element('small', {}, ' (current run)') : '');
       return row(when,
         cell(badge(run.verdict)), cell(run.code), cell(links), cell(tags || '–'), cell(text.second(run.created)), cell(coded(run.message), 'words'));
     });
@@ -323,7 +326,7 @@
   const dispositionsOf = (runs) => {
     const rows = runs.flatMap((run) => run.dispositions.map(([created, who, verdict, why, end]) =>
       row(text.moment(created), cell(who), cell(verdict), cell(why, 'words'),
-        cell(end === '' ? 'holds' : end === 'later' ? 'a later decision took its place' : `lifted, since run ${end} counts now`, 'words'))));
+        cell(end === '' ? 'holds' : end === 'later' ? 'replaced by a later decision' : `no longer holds, since run ${end} is current now`, 'words'))));
     return rows.length === 0 ? [] : [section('What people decided', tableIn('Dispositions', ['when', 'who', 'verdict', 'why', 'now'], rows))];
   };
 
@@ -410,7 +413,7 @@
       showVerdicts(shown);
       showReasons(shown, filter, choose);
     },
-    // Draws the charts, which are slow.
+    // Draws the charts, which is slow.
     showCharts: (shown) => {
       showYield(shown);
       showParameter(shown);

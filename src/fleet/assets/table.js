@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The table of units: only the visible rows are in the document, as rows of a real table that
-// states their total number. Arrow keys, Page Up and Down, Home and End move through all rows.
+// The table of units. The document has only the visible rows, in a real table that states the total
+// number of rows. Arrow keys, Page Up and Down, Home and End move through all rows.
 'use strict';
 (() => {
   const { units, text, element, badge } = window.fleet;
@@ -79,7 +79,8 @@
     const first = state.printed ? 0 : Math.max(0, firstInView() - margin);
     const end = Math.min(state.shown.length, state.printed || first + capacity() + 2 * margin + 1);
     const focused = body.contains(document.activeElement);
-    // Visible rows stay at the scroll position, even if its range is shorter than the rows.
+    // Visible rows stay at the scroll position, even if the scroll bar's range is too short for all
+    // rows.
     const shift = state.printed ? 0 : view.scrollTop - (firstInView() - first) * kRow;
     const top = total() <= kMostHeight ? first * kRow : Math.max(0, shift);
     before.hidden = after.hidden = Boolean(state.printed);

@@ -55,7 +55,7 @@ window.fleet = {};
     runs,
     columns: data.columns,
     line: data.line,
-    // The runs of a unit, the oldest first. By column: numbers, [value, σ] or null; judgements.
+    // The runs of a unit, the oldest first. `numbers`, `judgements`: an item for each column.
     runsOf: (i) => Array.from({ length: runs[i] }, (unused, k) => {
       const run = begins[i] + k;
       const word = (name) => wordOf(of[name], run);

@@ -70,7 +70,7 @@ Eigen::Vector3d SolveSymmetric3(const Eigen::Matrix3d& A, const Eigen::Vector3d&
 Eigen::Matrix<double, 3, 2> SolveSymmetric32(const Eigen::Matrix3d& A,
                                              const Eigen::Matrix<double, 3, 2>& B);
 
-/// A^-1 by its Cholesky factor.
+/// A^-1, computed from the Cholesky factor of A.
 Eigen::Matrix3d InverseOfPositive(const Eigen::Matrix3d& A);
 
 }  // namespace truetriad

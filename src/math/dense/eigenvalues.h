@@ -37,7 +37,7 @@ struct Svd3 {
 };
 Svd3 SvdOf3(const Eigen::Matrix3d& A);
 
-/// Singular values and the x of least length among those that minimise |A x - b|.
+/// The singular values of A, and the shortest x that minimises |A x - b|.
 struct SvdSolution {
   Eigen::VectorXd values;
   Eigen::VectorXd x;

@@ -14,7 +14,7 @@ Eigen::MatrixXd InverseByLu(const Eigen::MatrixXd& A);
 /// A solution of A x = b.
 Eigen::VectorXd SolveByLu(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
 
-/// For several solutions with the same factors.
+/// The LU factors of a matrix, to solve several systems with it.
 class PivotedLu {
  public:
   explicit PivotedLu(const Eigen::MatrixXd& A);

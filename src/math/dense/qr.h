@@ -12,7 +12,7 @@ namespace truetriad {
 class LeastSquares {
  public:
   explicit LeastSquares(const Eigen::MatrixXd& design);
-  /// Pivots below this share of the largest count as zero.
+  /// Pivots smaller than `threshold` times the largest pivot count as zero.
   LeastSquares(const Eigen::MatrixXd& design, double threshold);
 
   Eigen::Index rank() const;
@@ -34,7 +34,7 @@ Qr3 QrOf3(const Eigen::Matrix3d& A);
 /// R of A = Q R, without the rows that are zero.
 Eigen::MatrixXd UpperTriangle(const Eigen::MatrixXd& A);
 
-/// Q^T B with the square Q of A = Q R: its first A.cols() rows are the part that A can explain.
+/// Q^T B with the square Q of A = Q R: A can explain only its first A.cols() rows.
 Eigen::MatrixXd InFrameOf(const Eigen::MatrixXd& A, Eigen::MatrixXd B);
 
 }  // namespace truetriad

@@ -37,8 +37,9 @@ class AttitudeRow final : public Row {
   Eigen::Quaterniond given_;
 };
 
-// Holds the first pose of a chain whose heading is not observable at an arbitrary heading. No other
-// row depends on this heading, so that the residual is zero at the optimum and adds nothing to χ².
+// If the heading of a chain is not observable, holds the chain's first pose at an arbitrary
+// heading. No other row depends on this heading, so that the residual is zero at the optimum and
+// adds nothing to χ².
 //
 //   row   Log(R R_held^T) about the vertical        rad
 //

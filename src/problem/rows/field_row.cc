@@ -43,13 +43,13 @@ bool FieldRow::Evaluate(double const* const* parameters,
   if (state_ == PoseKind::kDirection) {
     const Eigen::Map<const Eigen::Vector3d> direction(state);
     if (by_reference != nullptr) {
-      // Only the field's strength enters: d|v|/dp = v^T/|v| dv/dp.
+      // Only the field's strength |v| matters here: d|v|/dp = v^T/|v| dv/dp.
       Eigen::Map<ReferenceJacobian> out(by_reference);
       out.noalias() =
           by_field * direction * (world.vector.normalized().transpose() * world.by_reference);
     }
     if (by_state != nullptr) {
-      // Derivative along the sphere; the part normal to the sphere is removed.
+      // The derivative for changes along the sphere: the part normal to the sphere is removed.
       Eigen::Map<RowMajor33> out(by_state);
       out.noalias() = world.vector.norm() * by_field *
                       (Eigen::Matrix3d::Identity() - direction * direction.transpose());

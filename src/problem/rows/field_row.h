@@ -38,7 +38,7 @@ class FieldRow : public Row {
     Eigen::Vector3d mean_raw = Eigen::Vector3d::Zero();
     Eigen::Matrix3d mean_turn = Eigen::Matrix3d::Identity();  // M
     ThermalFactors thermal;
-    std::shared_ptr<const Turning> turning = nullptr;  // what M follows from; null: M is held
+    std::shared_ptr<const Turning> turning = nullptr;  // M is computed from it; null: M is constant
   };
 
   bool Evaluate(double const* const* parameters,
@@ -66,8 +66,8 @@ class FieldRow : public Row {
     return parameters[shared_blocks().size()];
   }
 
-  // The rate by the present parameters of the gyroscope minus the rate with which M was computed.
-  // `gyroscope`: the present bias and sensitivity.
+  // The rate according to the gyroscope's present parameters minus the rate with which M was
+  // computed. `gyroscope`: the present bias and sensitivity.
   template <typename T>
   Eigen::Matrix<T, 3, 1> RateChange(T const* const* gyroscope) const {
     if (reading_.turning == nullptr) return Eigen::Matrix<T, 3, 1>::Zero();
@@ -77,7 +77,7 @@ class FieldRow : public Row {
            reading_.turning->rate_radps.cast<T>();
   }
 
-  // dM u, which is linear in u and in the change of the rate.
+  // The product dM u. It is linear in u and in the change of the rate.
   template <typename T>
   Eigen::Matrix<T, 3, 1> Followed(const Eigen::Matrix<T, 3, 1>& u,
                                   const Eigen::Matrix<T, 3, 1>& rate_change) const {

@@ -16,8 +16,8 @@ namespace truetriad {
 //
 //   rows   h(S w) + b + G f - y        raw unit of the gyroscope
 //
-// w = R^T (earth's rate), or zero if that rate is neglected; f = R^T (0, 0, g), or g d if the
-// pose's unknown is only the direction d of gravity; G: g-sensitivity, if it is modelled.
+// w = R^T (earth's rate), or zero if the earth's rate is neglected; f = R^T (0, 0, g), or g d if
+// the pose's unknown is only the direction d of gravity; G: g-sensitivity, if it is modelled.
 //
 // Parameters: the triad's (TriadBlocks); g-sensitivity (9, column by column); if g-sensitivity or
 // the earth's rate is modelled, the reference block (6) and the state. The earth's rate needs an

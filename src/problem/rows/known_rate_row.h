@@ -7,8 +7,8 @@
 
 namespace truetriad {
 
-// The gyroscope while a known rate was held, or the mean rate of a known turn, which determines the
-// axis of that turn: rate_row.h.
+// A RateRow for the gyroscope's mean reading while a known rate was held, or during a known turn,
+// whose axis it determines.
 class KnownRateRow final : public RateRow {
  public:
   KnownRateRow(const SharedLayout& layout,

@@ -16,7 +16,7 @@ bool KnownSpeedRow::Evaluate(double const* const* parameters,
   SetSharedJacobians(model, rate, jacobians);
   if (double* by_axis = jacobians[shared_count()]; by_axis != nullptr) {
     const Eigen::Vector3d slope = model.Slope(model.sensitivity * rate);
-    // Derivative along the sphere; the part normal to the sphere is removed.
+    // The derivative for changes along the sphere: the part normal to the sphere is removed.
     Eigen::Map<RowMajor33>{by_axis} = speed_radps_ * slope.asDiagonal() * model.sensitivity *
                                       (Eigen::Matrix3d::Identity() - axis * axis.transpose());
   }

@@ -34,7 +34,7 @@ class RateRow : public Row {
   }
 
   const TriadBlocks& triad_blocks() const { return triad_blocks_; }
-  // Blocks of the row before any state.
+  // The number of parameter blocks that precede the states.
   std::size_t shared_count() const { return triad_blocks_.count() + (has_g_sensitivity_ ? 1 : 0); }
 
   template <typename T>

@@ -12,7 +12,7 @@ void Row::AddShared(const SharedBlock& block) {
 }
 
 void Row::AddFirstShared(const std::vector<SharedBlock>& blocks, std::size_t more) {
-  // A turn has two attitudes, at its begin and its end.
+  // The most states are those of a turn: the attitudes at its begin and its end.
   constexpr std::size_t kMostStates = 2;
   shared_blocks_.reserve(blocks.size() + more);
   mutable_parameter_block_sizes()->reserve(blocks.size() + more + kMostStates);

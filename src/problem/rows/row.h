@@ -21,8 +21,9 @@ struct SharedBlock {
 // state is an attitude, world <- body, as a quaternion x y z w, or, if only a direction is unknown,
 // that direction in the body, x y z. Blocks of terms that the model lacks are left out.
 //
-// A derivative by a state is the derivative along the state's manifold times that of the manifold's
-// Minus. It is exact for every ceres::Manifold of the unit quaternions or of the sphere.
+// A derivative by a state is the derivative along the state's manifold times the derivative of the
+// manifold's Minus. This is exact for every ceres::Manifold of the unit quaternions or of the
+// sphere.
 class Row : public ceres::CostFunction {
  public:
   const std::vector<SharedBlock>& shared_blocks() const { return shared_blocks_; }

@@ -25,7 +25,7 @@ class TriadBlocks {
   std::vector<SharedBlock> blocks() const;
   std::size_t count() const { return terms_.size(); }
 
-  // The model at these values of the blocks, in their order.
+  // The model at the given values of the blocks, which are in the order of the blocks.
   template <typename T>
   TriadModel<T> ModelAt(T const* const* values) const {
     using Vector3 = Eigen::Matrix<T, 3, 1>;
@@ -47,7 +47,8 @@ class TriadBlocks {
     return model;
   }
 
-  // Derivatives of model.RawFromTruth(field) by the blocks; a null jacobians[i] is not wanted.
+  // Derivatives of model.RawFromTruth(field) by the blocks; a jacobians[i] that is null is not
+  // computed.
   void SetFieldJacobians(const TriadModel<double>& model,
                          const Eigen::Vector3d& field,
                          double** jacobians) const;

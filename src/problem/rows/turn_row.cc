@@ -29,7 +29,7 @@ bool TurnRow::Evaluate(double const* const* parameters,
   const Eigen::Vector3d change = ChangeOf(parameters);
   const Eigen::Quaterniond turned = increment_->rotation * RotationExp(change);
   const Eigen::Map<const Eigen::Quaterniond> first(parts.first), second_in_its_world(parts.second);
-  // The second attitude in the world of the first.
+  // The second attitude, relative to the world as it was oriented at the first.
   Eigen::Quaterniond second = second_in_its_world;
   Eigen::Vector3d earth_turn = Eigen::Vector3d::Zero();
   if (counts_earth_rate_) {
@@ -38,7 +38,8 @@ bool TurnRow::Evaluate(double const* const* parameters,
   }
   const Eigen::Vector3d log = RotationLog(turned.conjugate() * (first.conjugate() * second));
   Eigen::Map<Eigen::Vector3d>{residuals} = log;
-  // An undetermined asymmetry may grow beyond 1, where no rate explains the readings.
+  // An asymmetry that the data do not determine may grow beyond 1, and then no rate explains the
+  // readings.
   if (!log.allFinite()) return false;
   if (jacobians == nullptr) return true;
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Script of a report, which also works without it: copies corrections, links poses to their rows.
+// Script of a report: copies corrections, links poses to their rows. The report is readable without
+// it.
 'use strict';
 (() => {
   document.documentElement.classList.add('scripted');
@@ -48,7 +49,7 @@
     row.scrollIntoView({ block: 'center' });
   });
 
-  // An element that does not scroll is removed from the Tab order.
+  // If an element fits and does not scroll, it is removed from the Tab order.
   const stops = document.querySelectorAll('.scroll');
   const trim = () => {
     for (const stop of stops) {

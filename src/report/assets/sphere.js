@@ -46,7 +46,8 @@
 
   const draw = (place, data) => {
     const most = Math.max(1.45, 1.05 * data.reach);
-    // The camera sees the full height. If the place is narrower, the camera stands further off.
+    // The camera sees the full height of the sphere. If the place on the page is narrower than
+    // high, the camera stands further off.
     const far = Math.max(1, place.offsetHeight / (place.offsetWidth || 1));
     const axis = { visible: false, range: [-most, most], showspikes: false };
     const layout = {

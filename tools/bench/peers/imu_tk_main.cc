@@ -35,8 +35,8 @@ void waitForKey() {}
 namespace {
 
 // imu_tk's setter of the initial rest is declared to return a value but returns none. If g++
-// optimises it, it runs on into the next function. So the private member is set directly, to which
-// an explicit instantiation has access.
+// optimises this setter, the program runs on into the next function. So the private member is set
+// directly, to which an explicit instantiation has access.
 void SetInitialRest(imu_tk::MultiPosCalibration& calibration, double duration_s);
 template <double imu_tk::MultiPosCalibration::*member>
 struct InitialRest {

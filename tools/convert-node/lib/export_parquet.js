@@ -35,7 +35,7 @@ function readColumns(line, file) {
   try {
     columns = JSON.parse(line);
   } catch {
-    // A line that is not JSON is rejected below, as a line without columns is.
+    // A line that is not JSON is rejected below, like a line without columns.
   }
   const isColumn = (column) => typeof column?.name === 'string' && column.type in kValues;
   if (!Array.isArray(columns) || columns.length === 0 || !columns.every(isColumn)) {

@@ -13,7 +13,7 @@ const kSlowestHz = 5;
 const kDriversCorrectBefore = { accelerometer: 0x010b0000, gyroscope: 0x010b0000, magnetometer: 0x010c0000 };
 // Development versions of 1.11.0: their drivers may or may not correct.
 const kEitherOf = [0x010b0000, 0x010b00ff];
-const kHowToLog = 'SDLOG_MODE 2 logs unarmed; sensor comparison in SDLOG_PROFILE logs raw readings at 10 Hz';
+const kHowToLog = 'SDLOG_MODE 2 logs while unarmed; sensor comparison in SDLOG_PROFILE logs raw readings at 10 Hz';
 
 /** The streams of a topic. `fields`: the three readings; `relative`: µs to add to the time. */
 const kTopics = {
@@ -495,8 +495,9 @@ function sendManifest(log, instance, entries, devices) {
   for (const { table: { triad } } of entries) {
     if (!ids[triad] && log.latest.get(`CAL_${kSensors[triad].name}${instance}_ID`)) slots[triad] = -1;
   }
-  // If this sensor's temperature terms are enabled, these sets become active: its own, and those of
-  // sensors that are not in the log. (Sets of other sensors in the log are stated with them.)
+  // If the temperature terms of a kind of sensor are enabled, these sets become active: that of
+  // this sensor, and those of sensors that are not in the log. (The other sensors in the log state
+  // their own sets.)
   const idle = Object.fromEntries(stated.map(([triad]) => [triad, [0, 1, 2, 3].filter((n) => {
     const { thermal } = kSensors[triad];
     const id = log.latest.get(`${thermal}${n}_ID`);

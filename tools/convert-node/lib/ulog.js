@@ -235,12 +235,12 @@ class Ulog {
       return this.isOne(type, message, message.length) ? { type, message, end } : null;
     };
 
-    /** Refuses a second log in the file. A truncated log may seem to end with a message that contains its beginning. */
+    /** Refuses a second log in the file. A truncated log may seem to end with a message that contains the second log's start. */
     const refuseAnother = () => {
       const next = window.subarray(0, filled).indexOf(kMagic, start === 0 ? kHeaderSize : 0);
       if (next < 0) return;
       throw new Refusal(`${this.file}: another log begins at byte ${start + next}: logs of several starts of the vehicle were ` +
-        'joined; give each by itself', 'wrong-format');
+        'joined; convert each one separately', 'wrong-format');
     };
 
     fill();

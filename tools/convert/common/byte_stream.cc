@@ -49,7 +49,7 @@ void ByteStream::Fill(std::size_t count) {
         std::fread(buffer_.data() + end_, 1, buffer_.size() - end_, file_.get());
     end_ += got;
     if (got == 0) {
-      // The file was truncated meanwhile, or cannot be read on: it ends here.
+      // The file was truncated meanwhile or can no longer be read, so it ends here.
       read_failed_ = std::ferror(file_.get()) != 0;
       size_ = position_ + end_;
       break;

@@ -30,7 +30,7 @@ class ByteStream {
   /// Advances by `count` bytes, or to the end.
   void Skip(std::uint64_t count);
 
-  /// The largest number of bytes that can be viewed ahead; longer records count as damage.
+  /// The largest number of bytes that can be viewed ahead; a longer record is treated as damage.
   static constexpr std::size_t kLookAhead = std::size_t{512} << 20U;
 
   std::uint64_t position() const { return position_; }  ///< Position of the next byte.

@@ -34,8 +34,8 @@ std::string TakeFlag(std::string_view name, Arguments* arguments) {
   return found == arguments->others.end() ? "" : arguments->others.extract(found).mapped();
 }
 
-/// Moves the common flags to their members. Error (usage): an invalid number; no input, or too
-/// many; no output.
+/// Moves the values of the common flags to their members. Error (usage): a number is invalid; there
+/// is no input, or too many inputs; there is no output.
 Status Check(const Converter& converter, Arguments* arguments) {
   arguments->output = TakeFlag("output", arguments);
   arguments->topics = SplitList(TakeFlag("topic", arguments));

@@ -23,7 +23,7 @@ namespace {
 constexpr std::array<std::string_view, 5> kRoles = {
     "time", "accelerometer", "gyroscope", "magnetometer", "temperature"};
 
-/// The role of a name in lower case; empty if the name does not clearly have one.
+/// The role that a name in lower case shows; empty if the name does not clearly show one.
 std::string_view RoleOf(std::string_view name) {
   static const std::vector<std::vector<std::string_view>> known = {
       {"time", "t", "timestamp"},
@@ -122,14 +122,14 @@ Result<bool> HaveTimes(const ByRole& columns) {
     if (!own.empty() && common != columns.end() && common->second == kNoTime) {
       return Error(ErrorCode::kConflictingArguments,
                    "--columns: time=none, but the " + stated->first + " has the time `" + own +
-                       "`; give one of them");
+                       "`; leave out one of them");
     }
     all = all && (!own.empty() || common != columns.end());
   }
   return all;
 }
 
-/// The variable of each role: as --columns states, otherwise by names that are clear.
+/// The variable of each role: the one that --columns states, or else one whose name shows the role.
 Result<ByRole> ChooseColumns(const Inputs& inputs, const Arguments& arguments) {
   ByRole chosen;
   const auto stated = arguments.others.find("columns");
@@ -271,7 +271,7 @@ Result<Matrix> InTurn(Matrix list, const std::string& part) {
     if (std::isnan(list.values[i])) continue;
     return Error(ErrorCode::kInvalidArgument,
                  "`" + part + "` has " + std::to_string(list.values.size()) +
-                     " numbers; a list of x, y and z in turn has a multiple of three");
+                     " numbers; a list of x, y, z, x, y, z, … needs a multiple of three");
   }
   return Transposed(
       {.rows = 3, .columns = list.values.size() / 3, .values = std::move(list.values)});
@@ -402,8 +402,8 @@ Result<std::vector<TriadReadings>> ReadTriads(const Inputs& inputs,
     const Result<Vectors> axes = ReadVectors(inputs, reference.readings, 3);
     if (!axes && axes.error().kind() == ErrorKind::kBadInput && are_named) {
       Error error = axes.error();
-      error.message += "; to convert the others, leave the " + std::string(TriadName(triad)) +
-                       " out of --columns";
+      error.message += "; to convert the other sensors, leave the " +
+                       std::string(TriadName(triad)) + " out of --columns";
       return error;
     }
     if (!axes && axes.error().kind() == ErrorKind::kBadInput) {
@@ -501,7 +501,8 @@ Status ConvertInputs(Inputs inputs, const Arguments& arguments, const std::strin
         "the names do not show which variables are the " +
             std::string(has_triad ? "time" : "readings") +
             "; state them, as in --columns=time=t,accelerometer=imu.acc,gyroscope=gx+gy+gz "
-            "(time=100Hz if it is not in the file; time=none if every row is one reading at rest). "
+            "(time=100Hz if the file has no time; time=none if each row is the reading of one "
+            "rest). "
             "There are " +
             inputs.All());
   }

@@ -37,7 +37,7 @@ struct Variable {
 struct VariableFile {
   std::vector<Variable> variables;
   std::map<std::string, std::string> others;  ///< Other contents by name: "complex", "text".
-  std::string damage;  ///< If the end is unreadable, so that variables may be missing: why.
+  std::string damage;  ///< Why the end is unreadable and may have variables; empty: it is readable.
 };
 
 /// Names by role: "time", "accelerometer", …, "temperature".
@@ -49,9 +49,9 @@ Result<ByRole> ParseColumns(const std::string& columns,
                             std::span<const std::string_view> roles,
                             const std::string& example);
 
-/// The unit of each role from --units. If `counts` is among them, triads without another unit are
-/// in counts. `columns`: the names by role; "acc@t" has its own time. Error (usage): a unit is
-/// unknown, given twice, or missing.
+/// The unit of each role from --units. If --units contains `counts`, triads without another unit
+/// are in counts. `columns`: the names by role; a sensor "acc@t" has a time of its own. Error
+/// (usage): a unit is unknown, given twice, or missing.
 Result<ByRole> ReadUnits(const ByRole& columns, const Arguments& arguments);
 
 /// A file format of named matrices.
@@ -60,8 +60,8 @@ struct NamedFormat {
   Result<VariableFile> (*open)(const std::string& path) = nullptr;
 };
 
-/// Converts or lists files of named matrices. The user states their meaning (--columns, --units),
-/// or their names show it.
+/// Converts or lists files of named matrices. The meaning of the matrices is stated by --columns
+/// and --units or shown by their names.
 Status ConvertNamedReadings(const NamedFormat& format, const Arguments& arguments);
 
 /// The `main` of a converter for such a format.

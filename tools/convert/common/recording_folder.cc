@@ -163,7 +163,8 @@ char* Table::WriteRow(const Row& row, char* text) const {
   return text;
 }
 
-/// Removes the last rows after a jump of the clock: rows whose times are far too late sort last.
+/// Removes the last rows if they follow a jump of the clock: rows with far too late times are
+/// sorted to the end.
 void Table::LeaveOutLastAfterAJump() {
   for (std::size_t i = 1; i < waiting_.size(); ++i) {
     if (waiting_[i].time_ns - waiting_[i - 1].time_ns <= kLongestJumpNs) continue;

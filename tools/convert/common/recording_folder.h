@@ -104,9 +104,9 @@ class Table {
   std::int64_t last_time_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// Writes DIR/recording.yaml, further manifests beside it, and the CSVs of all. They are written in
-/// a folder beside DIR. When all are complete, this folder is renamed to DIR; if DIR already has
-/// files, they are moved into it one by one, the manifests last.
+/// Writes DIR/recording.yaml, further manifests beside it, and the CSVs of all manifests. They are
+/// written in a folder beside DIR. When all are complete, this folder is renamed to DIR; if DIR
+/// already has files, they are moved into it one by one, the manifests last.
 class RecordingFolder {
  public:
   /// Error: DIR cannot be written.

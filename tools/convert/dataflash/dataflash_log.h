@@ -57,7 +57,7 @@ class DataflashLog {
 
   std::uint64_t records() const { return records_; }
   std::uint64_t skipped_bytes() const { return skipped_bytes_; }  ///< Bytes outside records.
-  std::uint64_t damages() const { return damages_; }              ///< Separate runs of such bytes.
+  std::uint64_t damages() const { return damages_; }  ///< Number of places with such bytes.
   double progress() const { return bytes_->progress(); }
   /// Position of a second log in the file; 0: none.
   std::uint64_t next_log() const { return next_log_; }

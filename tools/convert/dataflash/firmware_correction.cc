@@ -70,9 +70,9 @@ Result<Eigen::Matrix3d> RotationOf(const Parameters& parameters) {
   return Error(ErrorCode::kInvalidValue, "AHRS_ORIENTATION is not a supported rotation");
 }
 
-/// Roll, pitch and yaw from an external compass's axes into the recording's: ORIENT turns its
-/// readings into the vehicle's axes, and `applied:` turns these into the board's. Unset: the
-/// compass is on the board, and `applied:` only undoes AHRS_ORIENTATION.
+/// Roll, pitch and yaw from an external compass's axes into the recording's axes: ORIENT turns the
+/// compass's readings into the vehicle's axes, and `applied:` turns them into the board's axes.
+/// Unset: the compass is on the board, and `applied:` only undoes AHRS_ORIENTATION.
 std::optional<Eigen::Vector3d> MountDegOf(const Parameters& parameters, int slot) {
   const Result<double> external =
       Value(parameters, slot == 1 ? "COMPASS_EXTERNAL" : CompassName("EXTERN#", slot));

@@ -44,7 +44,8 @@ Tags DeviceOf(const Parameters& parameters, int instance);
 /// The offset that firmware adds to a compass: x, y, z in mG. Errors: a parameter is missing; no
 /// parameter set belongs to the compass.
 Result<Eigen::Vector3d> CompassOffsets(const Parameters& parameters, int instance);
-/// The matrix D·s by which firmware multiplies the sum of reading and offset. Errors: as above.
+/// The matrix D·s by which firmware multiplies the sum of reading and offset. Errors: as
+/// CompassOffsets.
 Result<Eigen::Matrix3d> CompassMatrix(const Parameters& parameters, int instance);
 
 }  // namespace truetriad::convert

@@ -145,8 +145,9 @@ bool IsOf2014(const Contents& contents) {
   return false;
 }
 
-/// Firmware of 2014 has no parameters of a compass matrix: adds the identity. Other firmware with
-/// times in milliseconds certainly has none only if its log is undamaged and names none.
+/// Firmware of 2014 has no parameters of a compass matrix, so the identity is added. Other firmware
+/// with times in milliseconds gets the identity, too, if its log is undamaged and names no such
+/// parameter.
 void StateNoCompassMatrix(Contents* contents) {
   if (!contents->in_milliseconds || (!IsOf2014(*contents) && contents->damages > 0)) return;
   Parameters& parameters = contents->parameters;
@@ -200,10 +201,11 @@ Result<Contents> Survey(const std::string& path) {
   if (log->read_failed())
     return Error(ErrorCode::kDamagedFile, {path}, "could not be read to its end");
   if (log->next_log() > 0) {
-    return Error(ErrorCode::kWrongFormat,
-                 {path},
-                 "another log begins at byte " + std::to_string(log->next_log()) +
-                     ": logs of several starts of the vehicle were joined; give each by itself");
+    return Error(
+        ErrorCode::kWrongFormat,
+        {path},
+        "another log begins at byte " + std::to_string(log->next_log()) +
+            ": logs of several starts of the vehicle were joined; convert each one separately");
   }
   contents.records = log->records();
   contents.skipped_bytes = log->skipped_bytes();
@@ -223,7 +225,7 @@ struct Choice {
   std::set<std::string_view> kinds;
 };
 
-/// One choice for each requested instance; at least one.
+/// Returns one choice for each requested instance, and at least one choice.
 Result<std::vector<Choice>> Choose(const Contents& contents, const Arguments& arguments) {
   for (const std::string& topic : arguments.topics) {
     if (std::find(kKinds.begin(), kKinds.end(), topic) == kKinds.end()) {
@@ -469,7 +471,8 @@ void List(const Contents& contents) {
 void SayWhatIsDamaged(const Contents& contents, const std::string& path) {
   if (contents.skipped_bytes == 0) return;
   Note(path + ": " + Counted(contents.skipped_bytes, "byte") + " in " +
-       Counted(contents.damages, "place") + " skipped, not part of a complete message; " +
+       Counted(contents.damages, "place") +
+       " skipped, since they are not part of a complete message; " +
        Counted(contents.records, "message") + " complete");
 }
 

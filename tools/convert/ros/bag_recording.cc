@@ -49,8 +49,8 @@ Error NothingReadable() {
 /// The topics of a recording: one Imu, one MagneticField or both, and optionally a Temperature.
 using TopicChoice = std::map<Role, std::size_t>;
 
-/// Selects the candidate of `role` that has the number `instance`, or without `instance` the only
-/// one, if there is such a candidate. Error (usage): several, and no `instance`.
+/// Selects a candidate of `role`, if there is one: the candidate with the number `instance`, or
+/// without `instance` the only one. Error (usage): there are several, and no `instance`.
 Status TakeTheOnly(Role role,
                    const std::vector<Topic>& topics,
                    const std::vector<std::size_t>& candidates,
@@ -460,7 +460,7 @@ void BagRecording::StateFrame() {
 Status BagRecording::Commit() {
   if (damaged_ > 0) {
     Note(Counted(damaged_, "message") +
-         " skipped (too short, too long, malformed, or not of the layout)");
+         " skipped (too short, too long, malformed, or of another layout)");
     SetSource("messages skipped", std::to_string(damaged_));
   }
   if (not_three_ > 0) {

@@ -16,7 +16,7 @@ namespace {
 using Kind = LaidOutField::Kind;
 using Array = LaidOutField::Array;
 
-/// Types that are known without a definition, since bags or other definitions may omit theirs.
+/// Types that are known without a definition, since bags and other definitions may omit them.
 constexpr std::string_view kKnownTypes =
     "MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n"
     "MSG: geometry_msgs/Vector3Stamped\nstd_msgs/Header header\ngeometry_msgs/Vector3 vector\n"
@@ -81,8 +81,8 @@ bool IsFieldName(std::string_view name) {
   });
 }
 
-/// Parses a line `float32[3] acc`, `int32 count 0` or `Header header`. `package`: that of the type
-/// with this field. Unset: the line is not a field.
+/// Parses a line `float32[3] acc`, `int32 count 0` or `Header header`. `package`: the package of
+/// the type that has this field. Unset: the line is not a field.
 std::optional<LaidOutField> ParseField(std::string_view line,
                                        const std::string& package,
                                        Encoding encoding) {
@@ -451,7 +451,7 @@ class MessageNumbers::Walk {
   }
 
   void Element(const LaidOutField& field, const Asked* asked) {
-    // A definition can turn few bytes into many empty fields.
+    // A definition can turn few bytes into many empty fields, so their number is limited.
     constexpr std::size_t kMostFields = 4'000'000;
     if (++fields_ > kMostFields) failed_ = true;
     if (failed_) return;

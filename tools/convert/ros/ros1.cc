@@ -53,7 +53,7 @@ std::optional<T> NumberOf(std::string_view header, std::string_view name) {
   return LoadNumber<T>(field, 0);
 }
 
-/// Whether the header consists of whole fields, one of them an op.
+/// Whether the header consists of whole fields, one of which is `op`.
 bool IsHeader(std::string_view header) {
   ByteCursor cursor(header);
   while (!cursor.at_end() && !cursor.failed()) {

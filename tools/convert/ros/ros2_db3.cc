@@ -69,8 +69,8 @@ class Db3 : public Bag {
       return Error(
           ErrorCode::kWrongFormat, {path}, "is compressed; unpack it first: zstd -d " + path);
     }
-    // The -wal file of a crashed recorder belongs to the bag. Without one, `immutable` allows
-    // reading from a read-only disk, and never writes.
+    // The -wal file of a crashed recorder belongs to the bag. Without such a file, `immutable`
+    // makes SQLite never write, so that a read-only disk suffices.
     const bool has_log =
         fs::exists(path + "-wal", missing) && fs::file_size(path + "-wal", missing) > 0;
     const std::string uri =
@@ -202,7 +202,8 @@ class Db3 : public Bag {
   std::int64_t LastId() const {
     Statement last = Prepare("SELECT max(id) FROM messages");
     const bool is_known = last && sqlite3_step(last.get()) == SQLITE_ROW;
-    // If it is unknown: a large number, which NextReadable reaches in sixty doublings.
+    // If the last id is unknown, returns a large number, which NextReadable reaches in sixty
+    // doublings.
     return is_known ? sqlite3_column_int64(last.get(), 0) : std::int64_t{1} << 60U;
   }
 

@@ -95,7 +95,8 @@ Result<VerbResult> RunApply(const std::vector<std::string>&) {
                              OpenRecording(FLAGS_input));
   TRUETRIAD_RETURN_IF_ERROR(CheckSameSensors(
       FLAGS_input + ": the recording", source->info().serial, source->info().tags, calibration));
-  // The output replaces its path by renaming, so it must not be a device or a link.
+  // The output is renamed to its path when it is complete, so the path must not be a device or a
+  // link.
   const std::filesystem::path output = FLAGS_output;
   if (std::error_code none; std::filesystem::exists(output, none) &&
                             !is_regular_file(std::filesystem::symlink_status(output, none))) {
@@ -231,7 +232,7 @@ Result<VerbResult> RunExport(const std::vector<std::string>&) {
   if (auto held = fleet::WhatStoreHolds(folder, calibration)) {
     calibration.decisions = std::move(held->decisions);
     if (!held->counts) {
-      Warn(FLAGS_calibration + ": another run counts for this unit; the unit is " +
+      Warn(FLAGS_calibration + ": another run is the current run of this unit; the unit is " +
            fleet::ReasonOf(held->unit));
     }
   }
@@ -295,7 +296,8 @@ Result<VerbResult> RunImport(const std::vector<std::string>&) {
   TRUETRIAD_RETURN_IF_ERROR(
       CheckMayReplace(file.string(), CalibrationIn(file.string()), result.calibration));
   TRUETRIAD_RETURN_IF_ERROR(EnsureFolderOf(file.string()));
-  // An import has no JSON and no report, so those of an earlier result are moved aside with it.
+  // An import has no JSON and no report. If it replaces a result, the JSON and the report of that
+  // result are moved aside, too.
   std::vector<std::string> earlier = {file.filename().string()};
   if (earlier.front() == kResults.front()) earlier.assign(kResults.begin(), kResults.end());
   TRUETRIAD_RETURN_IF_ERROR(MoveAside(file.parent_path(), earlier));
@@ -371,10 +373,10 @@ Command ExportCommand() {
       .examples =
           R"(build/truetriad export --calibration=datasets/demo/truth.yaml --to=px4 --output=out/demo.params)",
       .details = R"(
-The file is read back, and the target system's equation, in that system's arithmetic, is compared
-with the calibration over a sphere of inputs and the calibrated temperatures. The loss is
-printed and written into the file. If a unit is outside its limits, or a person refused it (fleet
-dispose), it is exported only with --outside-limits=allow, and the file says so.
+Reads the written file back, and compares the target system's equation, computed in that system's
+arithmetic, with the calibration: over a sphere of inputs and the calibrated temperatures. The loss, their
+difference, is printed and written into the file. If a unit is outside its limits, or a person refused it
+(fleet dispose), it is exported only with --outside-limits=allow, and the file says so.
 )",
       .list = [] { return ListOf(FormatsThat(/*import=*/false)); },
       .flags =

@@ -36,7 +36,7 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(program, "", "PROGRAM.yaml: program.yaml to evaluate instead of making a new one");
+DEFINE_string(program, "", "PROGRAM.yaml: pose program to evaluate; without it, a new one is made");
 DEFINE_double(rate_hz, 0.0, "NUMBER: samples per second, for a log without time");
 DEFINE_string(white_range,
               "",
@@ -54,7 +54,7 @@ Result<VerbResult> RunInspect(const std::vector<std::string>&) {
   ProgressLine calibrating("calibrating " + FLAGS_input);
   const Result<Calibration> tried =
       TryCalibration(FLAGS_input, loaded, config, calibrating.callback());
-  // Unreadable files were refused above, so if this calibration fails, readings are missing.
+  // Unreadable files were refused above, so if this calibration fails, there are too few readings.
   const bool is_enough = tried && tried->IsUsable();
   TRUETRIAD_ASSIGN_OR_RETURN(VerbResult result,
                              Said(ReportOf(loaded.poses, tried), ToTree(loaded.poses)));
@@ -101,7 +101,7 @@ Result<VerbResult> RunCheck(const std::vector<std::string>&) {
     std::error_code failure;
     if (file.empty() || std::filesystem::exists(file, failure)) continue;
     Note("note: " + std::filesystem::path(file).lexically_normal().string() +
-         " does not exist; paths in an experiment are relative to its folder");
+         " does not exist; paths in an experiment are relative to the experiment's folder");
   }
   std::string text = FLAGS_config + ": valid; calibrates ";
   for (const std::string& sensor : sensors) text += (&sensor == &sensors[0] ? "" : ", ") + sensor;
@@ -148,8 +148,8 @@ Result<std::optional<std::array<double, 2>>> ParseRange(const std::string& text)
   return BadValue("white_range", text, " is invalid; expected two times in seconds, as in 0.3,3");
 }
 
-/// The formats of --to, which need --output. Error (usage): a format is not for noise, or no
-/// folder.
+/// The formats of --to, which need --output. Error (usage): a format is not for noise, or --output
+/// is missing.
 Result<std::vector<FormatInfo>> ParseNoiseFormats() {
   std::vector<FormatInfo> formats;
   for (const std::string& name : CommaSeparated(FLAGS_to)) {
@@ -233,7 +233,7 @@ temperature range.
 Command InitCommand() {
   return {
       .name = "init",
-      .summary = "How does an experiment for this log begin?",
+      .summary = "From which experiment can I start for this log?",
       .examples = R"(build/truetriad init datasets/demo/recording.csv > unit.yaml
 build/truetriad calibrate -c unit.yaml -o out/unit)",
       .details =

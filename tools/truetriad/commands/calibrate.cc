@@ -41,10 +41,11 @@
 #include "truetriad/report/report.h"
 #include "truetriad/session/session.h"
 
-DEFINE_string(solver,
-              "eliminated",
-              "eliminated|ceres: solver: eliminated, or ceres: Ceres without elimination of poses "
-              "or motion; slower, for comparison");
+DEFINE_string(
+    solver,
+    "eliminated",
+    "eliminated|ceres: solver: eliminated (poses and motion are eliminated first) or ceres "
+    "(without elimination; slower, for comparison)");
 
 namespace truetriad {
 namespace {
@@ -114,11 +115,12 @@ struct Done {
     const Verdict own = by_others ? calibration.LimitsVerdict() : calibration.verdict();
     return own == Verdict::kFail ? kExitOutsideLimits : kExitGood;
   }
-  /// Ranks results, good ones at 0. A unit outside its limits (1) still has parameters.
+  /// Ranks results: good ones 0, units outside their limits 1, and results without parameters
+  /// higher.
   int badness() const { return exit_code() == kExitOutsideLimits ? 1 : exit_code(); }
 };
 
-/// If a later recording gave no result, the previous result is kept; this blocks its delivery.
+/// If a later recording gave no result, the previous result is kept, but blocked from delivery.
 Status HoldBackEarlier(const Done& by) {
   if (by.calibration.IsUsable()) return {};
   Calibration earlier = *by.there;
@@ -177,7 +179,8 @@ Result<Calibration> CalibrationFor(Task* task, PoseSet* poses) {
 
 /// The finding on the sensor whose readings the error refuses; unset: the error is about no sensor.
 std::optional<Finding> RefusedSensor(Error error) {
-  // The key is like "applied.gyroscope". If the error has several lines, the key is of the first.
+  // The key is like "applied.gyroscope". If the error has several lines, the key belongs to the
+  // first line.
   const std::optional<Triad> triad = TriadFromName(error.key.substr(error.key.rfind('.') + 1));
   if (!triad || error.kind() != ErrorKind::kBadInput) return std::nullopt;
   error.message.erase(std::min(error.message.find('\n'), error.message.size()));
@@ -293,8 +296,8 @@ std::vector<fs::path> OtherInstances(const std::vector<Done>& all) {
   return others;
 }
 
-/// Why the result of one `instance` blocks the delivery of the device; unset: it does not by
-/// itself.
+/// Why the result of one `instance` blocks the delivery of the device; unset: this result does not
+/// block it.
 std::optional<Decision> HeldBackBy(const Calibration& calibration, const std::string& instance) {
   const std::vector<Decision>& decisions = calibration.decisions;
   for (const Finding& finding : calibration.findings) {
@@ -332,12 +335,14 @@ Status MoveOtherInstancesAside(const std::vector<Done>& all) {
     fs::remove_all(to, failure);
     if (!failure) fs::rename(folder, to, failure);
     if (failure) {
-      return Error(ErrorCode::kCannotWrite,
-                   {folder.string()},
-                   "is of sensors that only an earlier log had, and cannot be renamed to " +
-                       to.string() + ": " + failure.message());
+      return Error(
+          ErrorCode::kCannotWrite,
+          {folder.string()},
+          "has results of sensors that only an earlier log had, and cannot be renamed to " +
+              to.string() + ": " + failure.message());
     }
-    Note(folder.string() + ": is of sensors that only an earlier log had, and is renamed to " +
+    Note(folder.string() +
+         ": has results of sensors that only an earlier log had, and is renamed to " +
          to.filename().string());
   }
   return {};
@@ -365,11 +370,11 @@ Result<ExportsBeside> WriteAll(std::vector<Done>* all) {
   for (std::size_t i = 0; i < all->size(); ++i) {
     TRUETRIAD_RETURN_IF_ERROR(Write(&(*all)[i], &aside[i], &files));
   }
-  // Exports of an earlier result do not belong to this one.
+  // Exports of an earlier result do not fit this result, so they are withdrawn.
   TRUETRIAD_ASSIGN_OR_RETURN(const std::vector<std::string> withdrawn,
                              WithdrawExports(all->front().task.folder, exports.files));
   for (const std::string& file : withdrawn) {
-    Note(file + ": is an export of an earlier result, which was renamed to this");
+    Note(file + ": is the new name of an export of an earlier result");
   }
   for (std::size_t i = 0; i < all->size(); ++i) {
     const Done& done = (*all)[i];
@@ -504,9 +509,9 @@ class FolderGivesWay {
     return !folder_.empty() && file.starts_with(folder_.string() + "/");
   }
 
-  /// Keeps the new folder. The old one gets the suffix, or without a suffix is removed.
+  /// Keeps the new folder. The old folder gets `suffix`, or is removed if there is none.
   void Keep(const std::optional<std::string>& suffix) {
-    // Renamed before it is removed: if a kill left half of NAME.aside, it would be moved back.
+    // Renamed before removal: if a kill left a part of NAME.aside, that part would be moved back.
     std::error_code ignored;
     const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
@@ -761,7 +766,7 @@ Result<VerbResult> CalibrateLogs(const std::vector<std::string>& logs,
   for (FolderGivesWay& replaced : *converted) replaced.Keep(suffix);
   for (const std::string& warning : exports.warnings) Warn(warning);
   VerbResult result = ResultOf(all, exports);
-  // If the log is a vehicle's, another setup of its logging may avoid these findings.
+  // For a vehicle's log, another setup of its logging may avoid these findings; a note says how.
   using enum FindingCode;
   const std::set<FindingCode> few = {kNoRest, kNoPose, kTooSlow, kTooFewPoses, kTooFewDirections};
   const bool is_too_little = std::ranges::any_of(result.findings, [&](const Finding& finding) {
@@ -783,12 +788,12 @@ Result<VerbResult> RunCalibrate(const std::vector<std::string>& words) {
   std::deque<FolderGivesWay> converted;
   Result<VerbResult> result = CalibrateLogs(StatedInputs(words), &converted);
   if (result) return result;
-  // If the error names a converted recording, which an error removes, tells how to get it again.
+  // If the error names a converted recording, which is removed now, tells how to get it again.
   Error error = result.error();
   for (const FolderGivesWay& folder : converted) {
     if (folder.Holds(error.place.file)) {
       error.message +=
-          "; that recording was temporary; `truetriad convert` writes it again, to look at";
+          "; this recording was temporary and is removed; `truetriad convert` writes it again";
     }
   }
   return error;
@@ -803,12 +808,12 @@ Command CalibrateCommand() {
       .examples = R"(build/truetriad calibrate datasets/demo/recording.csv -o out/first
 build/truetriad calibrate -c configs/experiments/joint.yaml -o out/demo --to=px4,c-header)",
       .details =
-          R"(Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and prints the
-result. Without -c it calibrates every sensor in the log with defaults, and writes
-DIR/experiment.yaml, too; without -o, DIR is LOG.truetriad. Several logs are sessions of one unit.
-Logs that `convert` reads are converted into DIR/recording; results of further sensors of a kind are in
-DIR/instance-N, and --to=px4 or ardupilot writes one file of all. How to log unarmed, for example
-SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
+          R"(Writes DIR/calibration.yaml, the same as DIR/calibration.json, and DIR/report.html, and prints the result.
+Without -c it calibrates every sensor in the log with defaults, and writes DIR/experiment.yaml, too; without
+-o, DIR is LOG.truetriad. Several logs are sessions of one unit. Logs that `convert` reads are converted
+into DIR/recording. If a log has several sensors of a kind, results of the second and further ones are in
+DIR/instance-N, and --to=px4 or ardupilot writes one file for all of them. How to log while unarmed, for
+example with SDLOG_MODE=2 (PX4) or LOG_DISARMED=1 (ArduPilot): docs/converting.md.
 )",
       .flags =
           "config input=LOG,... output to outside-limits set* tag* report=true|false interactive "

@@ -155,7 +155,8 @@ std::string OtherCountsText(const std::optional<fleet::StationCheck>& counting,
   return "DOES NOT COUNT: " +
          (IsRepeat(*counting, today)
               ? "this recording was checked at " + counting->created + " already"
-              : "the golden unit was recorded again since, at " + counting->recorded) +
+              : "a later recording of the golden unit, of " + counting->recorded +
+                    ", was checked already") +
          ", and " + (counting->agrees ? "agreed" : "did not agree") +
          "; that result holds until the golden unit is recorded again\n";
 }

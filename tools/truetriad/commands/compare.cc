@@ -164,7 +164,7 @@ example), the result says that this is no test. With --fail-on=worse, exit code 
 are not as predicted, or that they could not be judged.
 
 `truetriad evaluate A.yaml B.yaml LOG` compares two calibrations, such as a new one and that of the
-vehicle (`import`): whose errors are smaller, and how many times. With --fail-on=worse, exit code 4 says
+vehicle (`import`): which has smaller errors, and by what factor. With --fail-on=worse, exit code 4 says
 that an error of A is larger, that nothing could be compared, or that A was made from this recording.
 )",
           .flags = "calibration! input! poses fail-on=worse report",
@@ -182,7 +182,7 @@ Command CompareCommand() {
 build/truetriad calibrate --config=configs/experiments/accelerometer-only.yaml --output=out/b
 build/truetriad compare --a=out/a/calibration.yaml --b=out/b/calibration.yaml)",
       .details =
-          R"(The body frames are aligned first, so the frame conventions may differ. If different sensors lead the
+          R"(The body frames are aligned first, so the frame conventions may differ. If different sensors define the
 frames, only biases and C^T C are compared, which do not depend on the frame. The two calibrations are
 assumed to be independent. With --fail-on=differ, exit code 4 says that they do not agree, or that
 nothing could be compared.

@@ -60,8 +60,8 @@ constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"dataflash",
      "ArduPilot DataFlash log (.bin)",
      "",
-     "ArduPilot logs unarmed with LOG_DISARMED=1, and what a calibration needs with IMU, raw IMU "
-     "and compass in LOG_BITMASK"},
+     "ArduPilot logs while unarmed if LOG_DISARMED=1, and logs what a calibration needs if "
+     "LOG_BITMASK includes IMU, raw IMU and compass"},
     {"ros1", "ROS 1 bag (.bag)", kPackers},
     {"ros2-db3", "ROS 2 bag in SQLite (.db3)", "libsqlite3-dev"},
     {"mat", "MATLAB files (.mat, v5 to v7.3)", "libmatio-dev"},
@@ -73,12 +73,12 @@ constexpr std::array<LogFormat, 11> kLogFormats = {{
     {"ulog",
      "PX4 ULog (.ulg)",
      kNode,
-     "PX4 logs unarmed with SDLOG_MODE=2 (or 1), and raw readings of all sensors with sensor "
-     "comparison in SDLOG_PROFILE"},
+     "PX4 logs while unarmed if SDLOG_MODE=2 (or 1), and logs raw readings of all sensors if "
+     "SDLOG_PROFILE includes sensor comparison"},
     {"parquet", "Parquet table (.parquet)", kNode},
 }};
 
-/// If a folder has a file whose name ends so, the folder has this format.
+/// The format of a folder, by the end of the name of a file in the folder.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kFolders = {
     {{".db3", "ros2-db3"},
      {".mcap", "mcap"},

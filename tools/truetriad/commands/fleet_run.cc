@@ -37,8 +37,8 @@ DEFINE_string(shard, "", "I/N: calibrate only part I of N parts of the units, I 
 DEFINE_string(folder, "", "DIR: the folder in which, and below which, logs arrive");
 DEFINE_string(poll,
               "",
-              "SECONDS: interval between looks (default: 1, or 5 on network folders, which do not "
-              "tell whether a file is still being written)");
+              "SECONDS: interval between looks at the folder (default: 1, or 5 on network folders, "
+              "which do not tell whether a file is still being written)");
 DEFINE_string(until_idle,
               "",
               "SECONDS: end after this time without a new or changed log or a finished run");
@@ -51,27 +51,28 @@ DEFINE_string(
     "collect` (default of fleet run and fleet watch: fleet.db in the output folder)");
 DEFINE_string(assets,
               "inline",
-              "inline|shared: style and script of reports: inline, in each page, or shared, in "
-              "files that all pages use");
-DEFINE_string(serial,
-              "",
-              "PATTERN: pattern of the logs' names, from which serial numbers are taken: {serial}, "
-              "and * for anything else, as in {serial}-*.csv");
+              "inline|shared: where reports have their style and script: inline (in each page) or "
+              "shared (in files that all pages use)");
+DEFINE_string(
+    serial,
+    "",
+    "PATTERN: pattern that takes serial numbers from the logs' names: {serial} stands for "
+    "the number, * for anything else, as in {serial}-*.csv");
 DEFINE_string(time_limit, "120", "SECONDS: seconds that a unit may take");
 DEFINE_string(memory_limit, "2048", "MB: MB of address space that a unit may take");
 DEFINE_string(retest_counts,
               "",
-              "last|first|best: which run counts if a unit is measured again: last (default), "
-              "first or best; the store keeps the choice");
+              "last|first|best: which run decides the verdict if a unit is measured again: last "
+              "(default), first or best; the store keeps the choice");
 DEFINE_string(retest_most,
               "",
-              "N: how many recordings of a unit after its first may count (default: all); the "
-              "store keeps the choice");
+              "N: how many recordings of a unit after its first may decide the verdict (default: "
+              "all); the store keeps the choice");
 DEFINE_string(require_golden,
               "",
               "AGE: how old the station's last check-station may be, as in 8h, 30m or 1d; no unit "
               "is calibrated if that check is older or did not agree");
-DEFINE_string(progress, "", "jsonl: jsonl: a line of JSON about each run, on stderr");
+DEFINE_string(progress, "", "jsonl: print a line of JSON about each run on stderr");
 
 namespace truetriad {
 namespace {
@@ -136,7 +137,7 @@ Status StateRetestPolicy(fleet::Store& store) {
         (!policy.most       ? "runs"
          : *policy.most > 0 ? "first " + std::to_string(*policy.most + 1) + " recordings"
                             : "runs of its first recording") +
-        " counts, also for units in the store; before, the last of all runs counted");
+        " decides its verdict, also for units in the store; before, the last of all runs did");
   }
   return {};
 }
@@ -178,8 +179,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<fleet::Store> store, fleet::OpenStore(StatedStore()));
   if (is_beside_another) {
     FleetTalk().Listener().on_warning(
-        "a new store, " + *file + ", is created, although the output folder has " + usual +
-        ", whose runs it lacks; if you meant that store, give it as --store");
+        "a new store, " + *file + ", is created; it lacks the runs of " + usual +
+        ", the store in the output folder; if you meant that store, name it with --store");
   }
   TRUETRIAD_RETURN_IF_ERROR(StateRetestPolicy(*store));
   TRUETRIAD_RETURN_IF_ERROR(store->StateShard(shard));
@@ -189,8 +190,8 @@ Result<std::unique_ptr<fleet::Store>> OpenStatedStore(const fleet::Shard& shard,
   return store;
 }
 
-/// The options of the calibrations, from flags; sets the default of --output, `fleet`. Error
-/// (usage, bad input): a flag or the experiment is wrong.
+/// Returns the options of the calibrations by the flags. If --output is not given, sets it to
+/// `fleet`. Error (usage, bad input): a flag or the experiment is wrong.
 Result<fleet::FleetOptions> StatedFleetOptions() {
   TRUETRIAD_RETURN_IF_ERROR(CheckFailOn(kFailOnUnit));
   if (!FLAGS_progress.empty()) {
@@ -324,15 +325,15 @@ Result<VerbResult> RunFleetWatch(const std::vector<std::string>&) {
 Command FleetRunCommand() {
   return {
       .name = "fleet run",
-      .summary = "Which of these units are good? Each calibrated by itself, and kept in a store.",
+      .summary = "Which of these units are good? Calibrates each, and keeps the runs in a store.",
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false)",
       .details =
-          R"(Units are calibrated in --jobs processes: if a log crashes its process, hangs or needs too much
-memory, only the run of its unit fails. Files are in OUTPUT/units/SERIAL/RUN, runs in the store; earlier
-ones stay. A file that lists logs is a CSV with columns log, serial, recorded and tags. Exit code 0: all units
-were processed; with --fail-on=unit, 4 if a unit is not good. SIGTERM ends the command after the units in
-hand; --resume goes on.
+          R"(Units are calibrated in --jobs processes: if a log crashes its process, hangs or needs too much memory, only
+the run of its unit fails. Each run has files in OUTPUT/units/SERIAL/RUN and is kept in the store; earlier
+runs stay. A file that lists logs is a CSV with columns log, serial, recorded and tags. Exit code 0: all
+units were processed; with --fail-on=unit, 4 if a unit is not good. SIGTERM ends the command once the units
+in progress are done; --resume continues.
 )",
       .flags = FleetFlags("units-of resume shard"),
       .more_words = "units-of",
@@ -346,10 +347,11 @@ Command FleetWatchCommand() {
       .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet watch out/line -o out/day --report=false --until-idle=5)",
       .details =
-          R"(Like fleet run, for logs in FOLDER or below it that have no run yet, and then for each log that
-arrives there, once two looks have found it unchanged. If a log arrives again and has changed, it gets a new run.
-A recording.yaml is calibrated once all files that it names are there and unchanged; with --until-idle, at the
-end as it is. SIGTERM ends the command after the units in hand, with exit code 0.
+          R"(Like fleet run, for logs in FOLDER or below it that have no run yet, and then for each log that arrives
+there, once two looks have found it unchanged. If a log arrives again and has changed, it gets a new run. A
+recording.yaml is calibrated once all files that it names are there and unchanged; if --until-idle ends the
+command while files are still missing, it is calibrated as it is. SIGTERM ends the command once the units in
+progress are done, with exit code 0.
 )",
       .flags = FleetFlags("folder! poll until-idle"),
       .words = {"folder"},

@@ -26,23 +26,25 @@
 #include "tools/truetriad/output_folder.h"
 #include "truetriad/io/calibration_file.h"
 
-DEFINE_string(sql, "", "SELECT: a question in SQL; the tables are in docs/fleet.md");
+DEFINE_string(sql, "", "SELECT: a query in SQL; docs/fleet.md describes the tables");
 DEFINE_string(where,
               "",
               "CONDITION: the runs to select, as in \"final_verdict <> 'PASS' AND lot = 'L17'\"");
 DEFINE_bool(csv, false, "print CSV");
-DEFINE_string(runs, "standing", "WHICH: standing (the run that counts for each unit) or all");
+DEFINE_string(runs,
+              "standing",
+              "WHICH: standing (the run that decides each unit's verdict) or all");
 DEFINE_bool(unfinished,
             false,
             "also take files of shards that are still being written or were cut off");
 DEFINE_string(unit, "", "SERIAL: the serial number of a unit in the store");
-DEFINE_string(who, "", "NAME: who decides");
+DEFINE_string(who, "", "NAME: the person who decides");
 DEFINE_string(verdict, "", "VERDICT: the verdict on the unit from now on");
-DEFINE_string(why, "", "TEXT: why, in one line");
+DEFINE_string(why, "", "TEXT: the reason for the decision, in one line");
 DEFINE_bool(wrong_serial,
             false,
-            "the log is of another unit, and may be run again under that unit's number; to take "
-            "this back, give --wrong-serial=false");
+            "states that the log is of another unit, and that it may be run again under the serial "
+            "number of that unit; to take this back, give --wrong-serial=false");
 DEFINE_string(
     run,
     "",
@@ -51,7 +53,8 @@ DEFINE_string(
 namespace truetriad {
 namespace {
 
-/// The query of --sql, or without it the run that counts for each unit, selected by --where.
+/// The query of --sql. Without --sql, a query for the current runs of the units that --where
+/// selects.
 std::string Question() {
   if (!FLAGS_sql.empty()) return FLAGS_sql;
   return "SELECT serial, final_verdict, verdict, code, first_verdict, attempts, disposed_by, "
@@ -209,8 +212,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   TRUETRIAD_ASSIGN_OR_RETURN(const fleet::Collected collected,
                              fleet::Collect(sources, FLAGS_store, FLAGS_unfinished));
   if (!collected.missing.empty()) {
-    Note("note: no file and no run of shard " + ShardList(collected.missing) + " of " +
-         std::to_string(collected.shards) + " (counted from 0)");
+    Note("note: there is no file and no run of shard " + ShardList(collected.missing) + " of " +
+         std::to_string(collected.shards) + " (the first shard is 0)");
   }
   for (const std::string& source : collected.unfinished) {
     Note("note: " + source + " is not finished: units of its shard may be missing");
@@ -218,8 +221,8 @@ Result<VerbResult> RunFleetCollect(const std::vector<std::string>& sources) {
   constexpr std::size_t kMostCopies = 10;  // Each warning takes several lines.
   for (std::size_t i = 0; i < std::min(collected.copies.size(), kMostCopies); ++i) {
     Warn(collected.copies[i] +
-         "; find out which unit was measured, and give up the run of the other unit with "
-         "`truetriad fleet dispose SERIAL --store=" +
+         "; find out which unit was measured, and state for the run of the other unit that its "
+         "serial number is wrong, with `truetriad fleet dispose SERIAL --store=" +
          fleet::ShownStore(FLAGS_store) +
          " --who=NAME --verdict=FAIL --wrong-serial --run=RUN --why=WHY`");
   }
@@ -290,25 +293,26 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
       fleet::AgreeFolders(*store, added.serial, fleet::UnitsBeside(FLAGS_store)));
   std::vector<std::string> unreached;
   for (const fleet::Unreached& one : agreed.unreached) {
-    Warn(one.error.message + "; `export` from there does not notice this decision");
+    Warn(one.error.message + "; `export` of these files does not notice this decision");
     unreached.push_back(one.error.message);
   }
   TRUETRIAD_ASSIGN_OR_RETURN(const std::optional<fleet::Standing> unit,
                              store->StandingOf(added.serial));
-  // After a run is given up, another recording of the unit may count.
+  // If this run had a wrong serial number, another run of the unit may be current now.
   const bool has_another = added.GivesUp() && unit && unit->run != added.run;
-  std::string text = has_another ? added.serial + ": run " + added.run +
-                                       ", whose serial number was wrong, is given up; " +
-                                       fleet::ReasonOf(*unit)
-                                 : added.serial + " is " + FLAGS_verdict +
-                                       (added.GivesUp()      ? ", its serial number was wrong"
-                                        : added.wrong_serial ? ", its serial number was right"
-                                                             : "") +
-                                       " (run " + added.run + ")";
+  std::string text = has_another
+                         ? added.serial + ": run " + added.run +
+                               " had a wrong serial number and no longer counts; the unit is " +
+                               fleet::ReasonOf(*unit)
+                         : added.serial + " is " + FLAGS_verdict +
+                               (added.GivesUp()      ? ", its serial number was wrong"
+                                : added.wrong_serial ? ", its serial number was right"
+                                                     : "") +
+                               " (run " + added.run + ")";
   text += '\n';
   for (const std::string& file : agreed.withdrawn) text += "Withdrawn: " + file + '\n';
   text += verdict == Verdict::kPass ? "Export again what is needed.\n"
-                                    : "Its exports elsewhere are unchanged.\n";
+                                    : "Exports of this unit in other folders are unchanged.\n";
   // Exit code 4: the store is updated, but files of a unit not to be delivered are unchanged.
   return VerbResult{.exit_code = agreed.IsUnsafe() ? kExitOutsideLimits : kExitGood,
                     .text = text,
@@ -324,17 +328,18 @@ Result<VerbResult> RunFleetDispose(const std::vector<std::string>&) {
 }  // namespace
 
 Command FleetQueryCommand() {
-  return {.name = "fleet query",
-          .summary = "What does the store say? In SQL, or of runs with some property.",
-          .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+  return {
+      .name = "fleet query",
+      .summary = "What does the store say, in answer to SQL or about selected units?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet query --store=out/day/fleet.db --where="final_verdict = 'NO_LIMITS'")",
-          .details =
-              R"(Nothing can be changed. Without SQL, the run that counts is printed for each unit.
+      .details =
+          R"(A query cannot change the store. Without SQL, prints the verdict and the current run of each unit.
 )",
-          .flags = "store! sql where csv",
-          .words = {"sql"},
-          .run = RunFleetQuery};
+      .flags = "store! sql where csv",
+      .words = {"sql"},
+      .run = RunFleetQuery};
 }
 
 Command FleetExportCommand() {
@@ -362,10 +367,11 @@ build/truetriad fleet run out/line -o out/day --report=false --shard=0/2 --store
 build/truetriad fleet run out/line -o out/day --report=false --shard=1/2 --store=out/day/1.jsonl
 build/truetriad fleet collect out/day/0.jsonl out/day/1.jsonl --store=out/day/all.db)",
       .details =
-          R"(Sources are files of runs and stores, all with the same number of shards. Runs that the store has stay as
-they are: collecting again adds only new ones. If a source is damaged, or a shard's file is not finished, nothing
-is added. A file of runs does not know a unit's other runs: if the unit may not be delivered, exports of its
-other runs are withdrawn when they are collected (exit code 4 if their files are not here).
+          R"(Sources are files of runs and stores, all with the same number of shards. Collecting again adds only new
+runs; the runs that the store already has stay as they are. If a source is damaged, or a shard's file is not
+finished, nothing is added. One file of runs does not have all runs of a unit, so if the unit may not be
+delivered, the exports of its other runs are withdrawn only when all files are collected (exit code 4 if the
+exports are not here).
 )",
       .flags = "store=FILE! unfinished",
       .more_words = "file",
@@ -380,12 +386,12 @@ Command FleetDisposeCommand() {
 build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet dispose B0003 --store=out/day/fleet.db --who="R. Roe" --verdict=FAIL --why="connector bent")",
       .details =
-          R"(The decision holds until a later decision, or until a later run of another recording counts; after
-FAIL, that recording or a list of logs must state that it was measured later. fleet run then says so. FAIL
-withdraws the exports of all runs of the unit, and `export` refuses the unit; PASS is a concession.
-Calibrations, reports and exports state the decision; the store's runs stay as they are. Readings belong to
-the unit under whose serial number they were first read, until that recording is given up with
---wrong-serial; only --wrong-serial=false takes this back.
+          R"(The decision holds until a later decision, or until a run of another recording becomes the unit's current
+run, which `fleet run` then reports; after FAIL, that recording or a list of logs must state the later time
+of measurement. FAIL withdraws the exports of all runs of the unit, and `export` refuses the unit; PASS is a
+concession. Calibrations, reports and exports state the decision; the store's runs stay as they are.
+Readings belong to the unit under whose serial number they were first read, until --wrong-serial states that
+this number was wrong; only --wrong-serial=false takes this back.
 )",
       .flags = "unit! store! verdict! wrong-serial run who! why!",
       .values = {{"verdict", VerdictsOfPeople()}},

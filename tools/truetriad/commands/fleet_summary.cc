@@ -23,10 +23,11 @@
 
 DEFINE_string(study, "", "CONDITION: which runs are a gauge study, as in \"note = 'study'\"");
 DEFINE_string(by, "operator", "TAG: tag that states who or what measured in a study");
-DEFINE_string(reference,
-              "",
-              "QUANTITY=VALUE: known value of the unit in a type-1 study, in the unit of the limit "
-              "(without a limit: of the log); give it once for each quantity");
+DEFINE_string(
+    reference,
+    "",
+    "QUANTITY=VALUE: known value of a quantity of the part in a type-1 study, in the unit of "
+    "its limit (without a limit: of the log); give this flag once for each quantity");
 DEFINE_string(golden_due,
               "24h",
               "DURATION: age at which a station's check of its golden unit is overdue");
@@ -34,14 +35,14 @@ DEFINE_int32(baseline,
              200,
              "UNITS: number of units of each station that form the baseline of its control charts; "
              "0: all units");
-DEFINE_int32(points, 0, "COUNT: number of last points of each control chart in --json");
+DEFINE_int32(points, 0, "COUNT: how many of the last points of each control chart --json states");
 
 namespace truetriad {
 namespace {
 
 using NamedNumbers = std::map<std::string, double>;
 
-/// The values of --reference by quantity. Error (usage): one lacks the name or the number.
+/// The values of --reference by quantity. Error (usage): an item lacks the name or the number.
 Result<NamedNumbers> References() {
   NamedNumbers references;
   std::istringstream lines(FLAGS_reference);
@@ -106,7 +107,7 @@ Result<VerbResult> RunFleetReport(const std::vector<std::string>&) {
   const std::string index = (std::filesystem::path(FLAGS_output) / "index.html").string();
   std::string text = index + "\n  " + Counted(page.units, "unit") + ", " +
                      std::to_string(page.good) + " of them good; " + std::to_string(page.reports) +
-                     " of " + Counted(page.runs, "run") + " with a report that is linked\n";
+                     " of " + Counted(page.runs, "run") + " have a report, which is linked\n";
   if (!page.draws_charts) {
     text += "  No charts: truetriad was built without npm (docs/installing.md)\n";
   }
@@ -138,18 +139,19 @@ columns of `standing` and the tags by name. --csv prints one line per quantity.
 }
 
 Command FleetReportCommand() {
-  return {.name = "fleet report",
-          .summary = "What became of the units, as a page to look into with a browser?",
-          .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
+  return {
+      .name = "fleet report",
+      .summary = "How do I see the results of all units on a page in a browser?",
+      .examples = R"(build/truetriad simulate -c configs/scenarios/fleet.yaml -o out/line
 build/truetriad fleet run out/line -o out/day --assets=shared --tag=lot=L17
 build/truetriad fleet report --store=out/day/fleet.db -o out/day/page)",
-          .details =
-              R"(Writes a folder with index.html, for the disk or any web server; units' reports are
-linked where they are. An earlier page of this verb is replaced; any other index.html never is.
+      .details =
+          R"(Writes a folder with index.html, which opens from disk or from any web server and links to the units'
+reports where they are. A page that this verb wrote earlier is replaced; any other index.html is not.
 )",
-          .flags = "store=FILE! output! where",
-          .words = {"store"},
-          .run = RunFleetReport};
+      .flags = "store=FILE! output! where",
+      .words = {"store"},
+      .run = RunFleetReport};
 }
 
 }  // namespace truetriad

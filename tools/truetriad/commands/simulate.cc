@@ -220,7 +220,8 @@ struct ExpectedSize {
 };
 
 ExpectedSize SizeOf(const Scenario& scenario, const Simulation& unit) {
-  // Typical bytes of a number and of a time, with separator: thousandths, and milliseconds.
+  // Typical bytes of a number with thousandths and of a time with milliseconds, each with
+  // separator.
   constexpr double kBytesANumber = 7.5, kBytesATime = 11.0;
   ExpectedSize size;
   double numbers = 0.0;
