@@ -71,9 +71,6 @@ class MotionTrack {
   double ahead_s(Triad triad) const { return ahead_s_[triad]; }
   void set_ahead_s(Triad triad, double ahead_s) { ahead_s_[triad] = ahead_s; }
 
-  // The gyroscope's reading at a node.
-  const Eigen::Vector3d& RateAt(const Moment& node) const { return rate_raw_[node.reading]; }
-
   // Computes the specific force at the gyroscope's readings, for its g-sensitivity.
   void SetForces(const TriadModel<double>& accelerometer);
 
