@@ -47,7 +47,8 @@ struct Quantity {
   std::string name;  ///< "accelerometer.bias.x".
   std::string unit;  ///< "m/s^2"; empty: no unit, or the unit of the log.
   bool has_limits = false;
-  /// The limits of the last unit; infinite: open. target: NaN if there is none.
+  /// The limits of the last device, and their target. An infinite limit means that there is none on
+  /// that side, a NaN that there is no target.
   double lower = -std::numeric_limits<double>::infinity();
   double upper = std::numeric_limits<double>::infinity();
   double target = std::numeric_limits<double>::quiet_NaN();

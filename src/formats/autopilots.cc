@@ -657,9 +657,8 @@ Result<Carried> ReadParameters(const Autopilot& autopilot, const ReadRequest& re
                                          ? Expanded("CAL_MAG@_ROT", of) + " and SENS_BOARD_ROT"
                                          : "AHRS_ORIENTATION";
         carried.notes.push_back(
-            "magnetometer: the file does not determine the rotation from the board's axes to those "
-            "of its correction (" +
-            rotation + "); assumed not rotated");
+            "magnetometer: the file does not say how it is mounted on the board (" + rotation +
+            "); assumed not rotated");
       }
     }
   }

@@ -58,9 +58,9 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
                                  double high,
                                  int degree);
 
-// The errors of the results of `equation`, for truths on a sphere (its radius is gravity, field
-// strength or pi rad/s), at the calibrated temperatures. `restated.whole` predicts the readings for
-// these truths. `calibration` is the original; its covariance gives the σ of each corrected
+// By how much the results of `equation` differ from the truth: true vectors on a sphere (its radius
+// is gravity, field strength or pi rad/s), at the calibrated temperatures. `restated.whole`
+// predicts the readings for these vectors. `calibration` is the original; its covariance gives the σ of each corrected
 // reading. If the format drops terms in the rate of temperature, only at_rates contains their
 // effect.
 ExportLoss LossOf(Triad triad,

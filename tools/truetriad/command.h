@@ -67,8 +67,8 @@ struct Command {
   std::vector<std::pair<std::string_view, std::vector<std::string>>> values = {};
   /// Flags whose values may be words alone ("inspect LOG"): one word for each, in this order.
   std::vector<std::string_view> words = {};
-  /// The meaning of all further words: the name of a flag or of something else. Empty: there must
-  /// be no further words.
+  /// What all further words are: values of the flag of this name, else what usage calls them, such
+  /// as "verb". Empty: there must be no further words.
   std::string_view more_words = {};
   /// Does the work with the further words, after the flags have been checked and set.
   Result<VerbResult> (*run)(const std::vector<std::string>& words) = nullptr;

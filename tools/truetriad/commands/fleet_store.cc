@@ -351,7 +351,7 @@ build/truetriad fleet run out/line -o out/day --report=false
 build/truetriad fleet export --store=out/day/fleet.db --to=csv -o out/day/runs.csv)",
       .details =
           R"(csv and parquet have one row per run, with value and sigma of every parameter and every quantity with a
-limit. jsonl has whole runs, from which `fleet collect` makes the store again if --runs=all. parquet needs Node.js.
+limit. jsonl has whole runs; `fleet collect` makes the store again from the file of `--runs=all`. parquet needs Node.js.
 )",
       .flags = "store=FILE! to=FORMAT! output=FILE! runs where",
       .values = {{"to", {"csv", "jsonl", "parquet"}}, {"runs", {kStandingRuns, kAllRuns}}},
