@@ -36,8 +36,9 @@ Table WorstPosesTable(std::vector<PoseResidual> residuals) {
 
 // RMS errors before and after calibration, the predicted RMS and the misfit.
 Table TableOf(const EvaluationSummary& evaluation) {
-  Table table = Headed(
-      "RMS of (|C(y - b)| - reference); uncalibrated; calibrated; predicted; misfit; unit", "lrrrrl");
+  Table table =
+      Headed("RMS of (|C(y - b)| - reference); uncalibrated; calibrated; predicted; misfit; unit",
+             "lrrrrl");
   using Number = std::optional<double>;
   const auto add = [&table](const std::string& name,
                             const Number& before,

@@ -282,7 +282,8 @@ Section HeldOutSection(const Calibration& calibration) {
               " groups of poses was predicted by a calibration from the other groups: the error is "
               "the one to expect on new poses. A ratio well above 1 means that the model fits the "
               "noise (overfitting).");
-  Table table = Headed("RMS of |C(y - b)| - reference; held out; in sample; ratio; unit", "lrrrl");
+  Table table =
+      Headed("RMS of (|C(y - b)| - reference); held out; in sample; ratio; unit", "lrrrl");
   for (const Triad triad : kTriads) {
     const std::optional<double>&rms = held_out.rms[triad],
           &in_sample = held_out.in_sample_rms[triad];
@@ -308,7 +309,7 @@ Section ResidualsSection(const Calibration& calibration) {
       "A small residual alone proves nothing: a model with many terms, or poses with poor "
       "coverage, can fit well and still be wrong. Judge by the limits, the σ and the held-out "
       "error above.");
-  Table table = Headed("RMS of |C(y - b)| - reference; before; after; unit", "lrrl");
+  Table table = Headed("RMS of (|C(y - b)| - reference); before; after; unit", "lrrl");
   for (const Triad triad : kTriads) {
     if (!quality.residual_rms[triad]) continue;
     table.Add() << NameOfError(calibration, triad)

@@ -289,7 +289,7 @@ Section SoakSection(const Calibration& calibration) {
       section.Add(
           "Bias from the poses at each temperature alone, all else fixed, minus the bias from the "
           "thermal terms. If differences are well beyond their σ, choose a higher order. Before: "
-          "RMS of |C(y - b)| - reference (for a gyroscope at rest, of its rate) with the "
+          "RMS of (|C(y - b)| - reference) (for a gyroscope at rest, of its rate) with the "
           "calibration at the reference temperature; after: with the calibration at each pose's "
           "temperature.");
     }
