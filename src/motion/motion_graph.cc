@@ -81,8 +81,8 @@ Eigen::Vector3d DifferenceSigma(const std::vector<Eigen::Vector3d>& readings) {
   return sigma;
 }
 
-// 1 + 2 times the sum of the autocorrelations, up to the first pair whose sum is not positive (Geyer 1992).
-// If this does not exceed 1 by kBelievedErrors sampling errors, the ratio is 1.
+// 1 + 2 times the sum of the autocorrelations, up to the first pair whose sum is not positive
+// (Geyer 1992). If this does not exceed 1 by kBelievedErrors sampling errors, the ratio is 1.
 double LongRunRatio(const Eigen::Matrix3Xd& residuals) {
   const Eigen::Index count = residuals.cols();
   const double variance = residuals.squaredNorm();
