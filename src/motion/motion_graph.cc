@@ -21,10 +21,6 @@ constexpr double kBelievedErrors = 4.0;
 // Chosen: autocorrelations are summed up to a lag of this share of the nodes.
 constexpr double kLongestLagShare = 0.05;
 
-// Chosen: the least density, as a share of the density that the differences between readings show.
-// A part of these differences is rounding, which does not accumulate in an integral.
-constexpr double kSeenShare = 0.5;
-
 // Least noise as a share of the signal, for readings without noise, which still need weights.
 constexpr double kLeastNoise = 1e-9;
 
@@ -294,7 +290,12 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
       const double strength =
           triad == Triad::kGyroscope ? 1.0 : WorldVector(triad, start.reference).norm();
       state.stated.density[triad] = spacing_s * (kLeastNoise * strength * gain).cwiseAbs2();
-      state.seen.density[triad] = kSeenShare * state.noise.density[triad];
+      // A part of the differences is rounding, which does not accumulate in an integral.
+      const StreamSummary* stream = poses.Find(triad);
+      const Eigen::Vector3d step =
+          stream != nullptr ? stream->resolution_raw : Eigen::Vector3d::Zero().eval();
+      state.seen.density[triad] =
+          (state.noise.density[triad] - spacing_s / 12.0 * step.cwiseAbs2()).cwiseMax(0.0);
     }
     if (sensor.excess == ExcessNoise::kGiven) {
       state.stated.density[triad] +=
