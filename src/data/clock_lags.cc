@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <string>
 
 #include <glog/logging.h>
 
 #include "base/messages.h"
+#include "base/wide_registers.h"
 #include "data/window_statistics.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
@@ -117,21 +119,64 @@ struct Correlation {
   }
 };
 
-// Correlation of a(t) with b(t + lag); 0 if there are too few pairs.
-Correlation CorrelationAt(const std::vector<float>& a, const std::vector<float>& b, int lag) {
-  double n = 0.0, sa = 0.0, sb = 0.0, saa = 0.0, sbb = 0.0, sab = 0.0;
-  const auto first = static_cast<std::size_t>(std::max(0, -lag));
-  for (std::size_t i = first; i < a.size(); ++i) {
-    const std::size_t j = i + static_cast<std::size_t>(static_cast<std::ptrdiff_t>(lag));
-    if (j >= b.size()) break;
-    if (std::isnan(a[i]) || std::isnan(b[j])) continue;
-    const double x = a[i], y = b[j];
-    n += 1.0, sa += x, sb += y, saa += x * x, sbb += y * y, sab += x * y;
+// Values with their squares, and ones; all zero for unknown values.
+struct Known {
+  explicit Known(const std::vector<float>& values) {
+    for (Eigen::VectorXd* of : {&one, &value, &square}) of->setZero(std::ssize(values));
+    for (Eigen::Index i = 0; i < one.size(); ++i) {
+      const double known = values[static_cast<std::size_t>(i)];
+      if (std::isnan(known)) continue;
+      one[i] = 1.0;
+      value[i] = known;
+      square[i] = known * known;
+    }
   }
-  if (n < kFewestPairs) return {};
-  const double va = saa - sa * sa / n, vb = sbb - sb * sb / n;
+  Eigen::VectorXd one, value, square;
+};
+
+// Sums over pairs of which both values are known.
+struct PairSums {
+  double n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
+};
+
+TRUETRIAD_WIDE_REGISTERS void SumPairs(
+    const Known& a, Eigen::Index from_a, const Known& b, Eigen::Index from_b, PairSums* sums) {
+  using Four [[gnu::vector_size(32)]] = double;
+  const Eigen::Index count = std::min(a.one.size() - from_a, b.one.size() - from_b);
+  Four n{}, sa{}, sb{}, saa{}, sbb{}, sab{};
+  Eigen::Index k = 0;
+  for (; k + 4 <= count; k += 4) {
+    Four a_one, a_value, a_square, b_one, b_value, b_square;
+    std::memcpy(&a_one, a.one.data() + from_a + k, sizeof(Four));
+    std::memcpy(&a_value, a.value.data() + from_a + k, sizeof(Four));
+    std::memcpy(&a_square, a.square.data() + from_a + k, sizeof(Four));
+    std::memcpy(&b_one, b.one.data() + from_b + k, sizeof(Four));
+    std::memcpy(&b_value, b.value.data() + from_b + k, sizeof(Four));
+    std::memcpy(&b_square, b.square.data() + from_b + k, sizeof(Four));
+    n += a_one * b_one, sab += a_value * b_value;
+    sa += a_value * b_one, sb += a_one * b_value;
+    saa += a_square * b_one, sbb += a_one * b_square;
+  }
+  for (int i = 0; i < 4; ++i) {
+    sums->n += n[i], sums->a += sa[i], sums->b += sb[i];
+    sums->aa += saa[i], sums->bb += sbb[i], sums->ab += sab[i];
+  }
+  for (; k < count; ++k) {
+    const Eigen::Index i = from_a + k, j = from_b + k;
+    sums->n += a.one[i] * b.one[j], sums->ab += a.value[i] * b.value[j];
+    sums->a += a.value[i] * b.one[j], sums->b += a.one[i] * b.value[j];
+    sums->aa += a.square[i] * b.one[j], sums->bb += a.one[i] * b.square[j];
+  }
+}
+
+// Correlation of a(t) with b(t + lag); 0 if there are too few pairs.
+Correlation CorrelationAt(const Known& a, const Known& b, int lag) {
+  PairSums sums;
+  SumPairs(a, std::max(0, -lag), b, std::max(0, lag), &sums);
+  if (sums.n < kFewestPairs) return {};
+  const double va = sums.aa - sums.a * sums.a / sums.n, vb = sums.bb - sums.b * sums.b / sums.n;
   if (!(va > 0.0) || !(vb > 0.0)) return {};
-  return {(sab - sa * sb / n) / std::sqrt(va * vb), n};
+  return {(sums.ab - sums.a * sums.b / sums.n) / std::sqrt(va * vb), sums.n};
 }
 
 // Median duration of the rests, s.
@@ -173,8 +218,8 @@ void ClockLagFinder::Add(const SampleBlock& block) {
 }
 
 std::optional<double> ClockLagFinder::LagOf(Triad triad, Triad reference) const {
-  const std::vector<float> a = Logarithms(Changes(reference, tracks_[reference].means));
-  const std::vector<float> b = Logarithms(Changes(triad, tracks_[triad].means));
+  const Known a(Logarithms(Changes(reference, tracks_[reference].means)));
+  const Known b(Logarithms(Changes(triad, tracks_[triad].means)));
   std::array<Correlation, 2 * kMostLag + 1> correlation;
   for (int lag = -kMostLag; lag <= kMostLag; ++lag) {
     correlation[static_cast<std::size_t>(lag + kMostLag)] = CorrelationAt(a, b, lag);

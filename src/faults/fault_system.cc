@@ -3,8 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
+
+#include <glog/logging.h>
 
 #include "faults/log_tail.h"
 #include "math/dense/cholesky.h"
@@ -42,6 +43,18 @@ double TogetherOf(const std::vector<double>& values) {
   return std::max(1.0, of_group.squaredNorm() / off.squaredNorm());
 }
 
+// sum += value^T y for the three rows of y from `row` on.
+template <typename Value>
+void AddTransposed(const Value& value, const StackedRows& y, Eigen::Index row, StackedRows* sum) {
+  for (Eigen::Index j = 0; j < value.cols(); j += 3) {
+    const Eigen::Index count = std::min<Eigen::Index>(3, value.cols() - j);
+    AddProduct(1.0,
+               value.middleCols(j, count).transpose(),
+               y.middleRows(row, 3),
+               sum->middleRows(j, count));
+  }
+}
+
 // F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x the traces of X.
 Eigen::MatrixXd Without(Eigen::MatrixXd fisher,
                         const Eigen::MatrixXd& x,
@@ -64,10 +77,8 @@ void FaultColumn::Add(Eigen::Index row, const Eigen::Ref<const Eigen::MatrixXd>&
 }
 
 Eigen::MatrixXd FaultColumn::Transposed(const StackedRows& y) const {
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(unknowns, y.cols());
-  for (const Block& block : blocks) {
-    sum.noalias() += block.value.transpose().lazyProduct(y.middleRows<3>(block.row));
-  }
+  StackedRows sum = StackedRows::Zero(unknowns, y.cols());
+  for (const Block& block : blocks) AddTransposed(block.value, y, block.row, &sum);
   return sum;
 }
 
@@ -216,95 +227,126 @@ void FaultSystem::FormDense() {
   P_ -= ProductOfRows(left, both);
 }
 
-Eigen::MatrixXd FaultSystem::Between(const FaultColumn& a, const FaultColumn& b) const {
-  Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(a.unknowns, b.unknowns);
-  Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostOfForm> half(3, b.unknowns);
+// Z_g^T P Z_h; kWide: unknowns of each column.
+template <int kWide>
+Eigen::Matrix<double, kWide, kWide> FaultSystem::Between(const FaultColumn& a,
+                                                         const FaultColumn& b) const {
+  using ThreeRows = Eigen::Matrix<double, 3, kWide>;
+  const auto value_of = [](const FaultColumn::Block& block) {
+    return Eigen::Map<const ThreeRows>(block.value.data());
+  };
+  Eigen::Matrix<double, kWide, kWide> sum = Eigen::Matrix<double, kWide, kWide>::Zero();
   for (const FaultColumn::Block& own : a.blocks) {
-    half.setZero();
+    ThreeRows half = ThreeRows::Zero();
     for (const FaultColumn::Block& other : b.blocks) {
-      half.noalias() += P_.block<3, 3>(own.row, other.row).lazyProduct(other.value);
+      half.noalias() += P_.block<3, 3>(own.row, other.row).lazyProduct(value_of(other));
     }
-    sum.noalias() += own.value.transpose().lazyProduct(half);
+    sum.noalias() += value_of(own).transpose().lazyProduct(half);
   }
   return sum;
+}
+
+template <int kWide>
+Eigen::MatrixXd FaultSystem::DenseInformation(const std::vector<FaultColumn>& columns) const {
+  const auto count = static_cast<Eigen::Index>(columns.size());
+  Eigen::MatrixXd all(kWide * count, kWide * count);
+  for (Eigen::Index h = 0; h < count; ++h) {
+    for (Eigen::Index g = h; g < count; ++g) {
+      auto block = all.block<kWide, kWide>(g * kWide, h * kWide);
+      block = Between<kWide>(columns[static_cast<std::size_t>(g)],
+                             columns[static_cast<std::size_t>(h)]);
+      if (g > h) all.block<kWide, kWide>(h * kWide, g * kWide) = block.transpose();
+    }
+  }
+  return all;
 }
 
 Eigen::MatrixXd FaultSystem::InformationOf(const std::vector<FaultColumn>& columns) const {
   const auto count = static_cast<Eigen::Index>(columns.size());
   const Eigen::Index wide = columns.front().unknowns;
-  Eigen::MatrixXd all(wide * count, wide * count);
   if (is_dense()) {
-    for (Eigen::Index h = 0; h < count; ++h) {
-      for (Eigen::Index g = h; g < count; ++g) {
-        auto block = all.block(g * wide, h * wide, wide, wide);
-        block = Between(columns[static_cast<std::size_t>(g)], columns[static_cast<std::size_t>(h)]);
-        if (g > h) all.block(h * wide, g * wide, wide, wide) = block.transpose();
-      }
-    }
-    return all;
+    if (wide == 1) return DenseInformation<1>(columns);
+    if (wide == 3) return DenseInformation<3>(columns);
+    CHECK_EQ(wide, kMostOfForm);
+    return DenseInformation<kMostOfForm>(columns);
   }
-  Eigen::MatrixXd BZ(wide * count, size()), BMZ(wide * count, size()), UZ(wide * count, U_.cols());
+  Eigen::MatrixXd BZ(wide * count, size()), UZ(wide * count, U_.cols());
   for (Eigen::Index h = 0; h < count; ++h) {
     const FaultColumn& column = columns[static_cast<std::size_t>(h)];
     BZ.middleRows(h * wide, wide) = column.Transposed(projected_columns()).leftCols(size());
-    BMZ.middleRows(h * wide, wide) = column.Transposed(BM());
     UZ.middleRows(h * wide, wide) = column.Transposed(U_);
   }
-  return InformationByFactors(columns) - TimesTranspose(BMZ, BZ) - TimesTranspose(UZ, UZ);
+  return InformationByFactors(columns) - TimesTranspose(Times(BZ, covariance()), BZ) -
+         TimesTranspose(UZ, UZ);
 }
 
-// Z_g^T D Z_h = Z_g^T W Z_h - Y_g^T Y_h with Y = L^-1 A^T W Z, N = L L^T: Y is zero before the
-// column's first pose, and soon negligible after its last.
+// Z_g^T D Z_h = Z_g^T W Z_h - b_g^T N^-1 b_h with b = A^T W Z.
 Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>& columns) const {
-  const Eigen::Index wide = columns.front().unknowns;
-  const Eigen::Index count = wide * std::ssize(columns);
-  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(count, count);
-  std::map<Eigen::Index, std::vector<std::pair<Eigen::Index, const FaultColumn::Block*>>> of_row;
   std::vector<ChainFactor::Panel> panels;
-  for (Eigen::Index h = 0; h < std::ssize(columns); ++h) {
-    const FaultColumn& column = columns[static_cast<std::size_t>(h)];
-    ChainFactor::Panel& panel = panels.emplace_back();
-    if (column.blocks.empty()) continue;
-    std::size_t first = chain().states(), end = 0;
-    for (const FaultColumn::Block& block : column.blocks) {
-      const Factor& factor = FactorOf(block.row);
-      first = std::min(first, factor.node);
-      end = std::max(end, factor.node + (factor.sees_next ? 2 : 1));
-      of_row[block.row].emplace_back(h, &block);
-    }
-    panel.first = first;
-    panel.rows = StackedRows::Zero(3 * static_cast<Eigen::Index>(end - first), wide);
-    for (const FaultColumn::Block& block : column.blocks) {
-      const Factor& factor = FactorOf(block.row);
-      panel.rows.middleRows(PoseRow(factor) - 3 * static_cast<Eigen::Index>(first),
-                            factor.tangents()) += Weighted(factor)
-                                                      .middleRows<3>(block.row - factor.row)
-                                                      .transpose()
-                                                      .lazyProduct(block.value);
-    }
-    chain().HalfSolveInPlace(&panel);
+  std::size_t last_end = 0;
+  for (const FaultColumn& column : columns) {
+    panels.push_back(PanelOf(column, last_end));
+    if (panels.back().rows.rows() > 0) last_end = panels.back().end();
   }
-  for (const auto& [row, blocks] : of_row) {
+  return WeightedSquares(columns) - chain().InverseBetween(panels, pose_covariance());
+}
+
+// A^T W Z, whose rows end at `least_end` or later.
+ChainFactor::Panel FaultSystem::PanelOf(const FaultColumn& column, std::size_t least_end) const {
+  ChainFactor::Panel panel;
+  std::size_t first = chain().states(), end = least_end;
+  std::vector<const Factor*> factor_of;
+  factor_of.reserve(column.blocks.size());
+  for (const FaultColumn::Block& block : column.blocks) {
+    const Factor& factor = FactorOf(block.row);
+    factor_of.push_back(&factor);
+    first = std::min(first, factor.node);
+    end = std::max(end, factor.node + (factor.sees_next ? 2 : 1));
+  }
+  panel.first = first;
+  const auto count = static_cast<Eigen::Index>(column.blocks.empty() ? 0 : end - first);
+  panel.rows = Eigen::MatrixXd::Zero(3 * count, column.unknowns);
+  for (std::size_t i = 0; i < factor_of.size(); ++i) {
+    const Factor& factor = *factor_of[i];
+    const FaultColumn::Block& block = column.blocks[i];
+    const auto weighted = Weighted(factor).middleRows<3>(block.row - factor.row);
+    auto own = panel.rows.middleRows(PoseRow(factor) - 3 * static_cast<Eigen::Index>(first),
+                                     factor.tangents());
+    own.noalias() += weighted.transpose().lazyProduct(block.value);
+  }
+  return panel;
+}
+
+// Z_g^T W Z_h of all pairs of columns.
+Eigen::MatrixXd FaultSystem::WeightedSquares(const std::vector<FaultColumn>& columns) const {
+  struct Placed {
+    Eigen::Index column = 0;
+    const FaultColumn::Block* block = nullptr;
+  };
+  std::vector<Placed> placed;
+  const Eigen::Index wide = columns.front().unknowns;
+  for (Eigen::Index h = 0; h < std::ssize(columns); ++h) {
+    for (const FaultColumn::Block& block : columns[static_cast<std::size_t>(h)].blocks) {
+      placed.push_back({h, &block});
+    }
+  }
+  std::stable_sort(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) {
+    return a.block->row < b.block->row;
+  });
+  Eigen::MatrixXd all =
+      Eigen::MatrixXd::Zero(wide * std::ssize(columns), wide * std::ssize(columns));
+  for (auto begin = placed.begin(), end = begin; begin != placed.end(); begin = end) {
+    const Eigen::Index row = begin->block->row;
+    end = std::find_if(begin, placed.end(), [row](const Placed& p) { return p.block->row != row; });
     const Factor& factor = FactorOf(row);
     const Eigen::Matrix3d W = Information(factor, row - factor.row);
-    for (const auto& [h, other] : blocks) {
-      const Eigen::MatrixXd half = W * other->value;
-      for (const auto& [g, own] : blocks) {
-        all.block(g * wide, h * wide, wide, wide) += own->value.transpose() * half;
+    for (auto other = begin; other != end; ++other) {
+      const Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostOfForm> half =
+          W.lazyProduct(other->block->value);
+      for (auto own = begin; own != end; ++own) {
+        all.block(own->column * wide, other->column * wide, wide, wide).noalias() +=
+            own->block->value.transpose().lazyProduct(half);
       }
-    }
-  }
-  for (Eigen::Index h = 0; h < std::ssize(columns); ++h) {
-    const ChainFactor::Panel& b = panels[static_cast<std::size_t>(h)];
-    for (Eigen::Index g = h; g < std::ssize(columns); ++g) {
-      const ChainFactor::Panel& a = panels[static_cast<std::size_t>(g)];
-      const Eigen::Index first = 3 * static_cast<Eigen::Index>(std::max(a.first, b.first));
-      const Eigen::Index rows = std::min(a.end(), b.end()) - first;
-      if (rows <= 0) continue;
-      const Eigen::MatrixXd product = a.rows.middleRows(first - a.begin(), rows).transpose() *
-                                      b.rows.middleRows(first - b.begin(), rows);
-      all.block(g * wide, h * wide, wide, wide) -= product;
-      if (g > h) all.block(h * wide, g * wide, wide, wide) -= product.transpose();
     }
   }
   return all;
@@ -333,18 +375,7 @@ StackedRows FaultSystem::Projected(const FaultColumn& column) const {
     return WithoutShared(ProjectedByFactors(column),
                          column.Transposed(projected_columns()).leftCols(size()).transpose(),
                          column.Transposed(U_).transpose());
-  StackedRows Y(residual().size(), column.unknowns);
-  Eigen::MatrixXd by_column = Eigen::MatrixXd::Zero(Y.rows(), Y.cols());
-  for (const FaultColumn::Block& block : column.blocks) {
-    for (Eigen::Index j = 0; j < column.unknowns; ++j) {
-      for (Eigen::Index i = 0; i < 3; ++i) {
-        const double factor = block.value(i, j);
-        if (factor != 0.0) by_column.col(j) += factor * P_.row(block.row + i).transpose();
-      }
-    }
-  }
-  Y = by_column;
-  return Y;
+  return column.Transposed(P_).transpose();
 }
 
 StackedRows FaultSystem::Projected(const StackedRows& y) const {
@@ -408,9 +439,12 @@ Eigen::MatrixXd FaultSystem::BeyondGraph() const {
 }
 
 double FaultSystem::ChiSquareOf(const PoseGraph& graph) {
-  ReducedSystem::Eliminate(graph);
-  if (size() == 0) return residual().dot(projected());
-  return (residual() + J() * step()).dot(projected());
+  LinearisedGraph::Eliminate(graph);
+  const Eigen::VectorXd projected = projected_columns().col(size());
+  if (size() == 0) return residual().dot(projected);
+  const Eigen::VectorXd step =
+      SharedInformation(graph.layout, graph.shared, matrix(), gradient()).step();
+  return (residual() + J() * step).dot(projected + B() * step);
 }
 
 // -(M^-1 J^T D Z - V U^T Z).
@@ -534,15 +568,19 @@ Eigen::MatrixXd FaultSystem::CrossTraces(const StackedRows& Y) const {
     }
     return x;
   }
-  StackedRows DY = StackedRows::Zero(Y.rows(), count * wide);
+  std::vector<StackedRows> PDY(static_cast<std::size_t>(count), StackedRows::Zero(wide, Y.rows()));
+  const auto changed_by = [&](const Part& part) -> Eigen::Matrix<double, 3, Eigen::Dynamic> {
+    return (part.root * part.root.transpose()).lazyProduct(Y.middleRows<3>(part.row));
+  };
   for (const Part& part : parts_) {
-    DY.block(part.row, part.component * wide, 3, wide) +=
-        part.root * part.root.transpose().lazyProduct(Y.middleRows<3>(part.row)).eval();
+    const auto c = static_cast<std::size_t>(part.component);
+    AddTransposed(changed_by(part), P_, part.row, &PDY[c]);
   }
-  const StackedRows PDY = Projected(DY);
-  for (Eigen::Index c = 0; c < count; ++c) {
-    for (Eigen::Index d = 0; d < count; ++d) {
-      x(c, d) = DY.middleCols(c * wide, wide).cwiseProduct(PDY.middleCols(d * wide, wide)).sum();
+  for (const Part& part : parts_) {
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> changed = changed_by(part);
+    for (Eigen::Index c = 0; c < count; ++c) {
+      const auto own = PDY[static_cast<std::size_t>(c)].middleCols<3>(part.row);
+      x(c, part.component) += own.transpose().cwiseProduct(changed).sum();
     }
   }
   return x;

@@ -137,7 +137,10 @@ class FaultSystem : public ReducedSystem {
   void PlaceParts(const PoseGraph& graph);
   void SolveFor(const AddedColumns& columns);
   void FormDense();
-  Eigen::MatrixXd Between(const FaultColumn& a, const FaultColumn& b) const;
+  template <int kWide>
+  Eigen::Matrix<double, kWide, kWide> Between(const FaultColumn& a, const FaultColumn& b) const;
+  template <int kWide>
+  Eigen::MatrixXd DenseInformation(const std::vector<FaultColumn>& columns) const;
   StackedRows ProjectedByFactors(const FaultColumn& column) const;
   void StateRemlDense();
   void StateRemlByRows(const PoseGraph& graph);
@@ -147,6 +150,8 @@ class FaultSystem : public ReducedSystem {
   const Factor& FactorOf(Eigen::Index row) const;
   Eigen::Matrix3d BlockOfP(Eigen::Index row) const;
   Eigen::MatrixXd InformationByFactors(const std::vector<FaultColumn>& columns) const;
+  ChainFactor::Panel PanelOf(const FaultColumn& column, std::size_t least_end) const;
+  Eigen::MatrixXd WeightedSquares(const std::vector<FaultColumn>& columns) const;
   Eigen::MatrixXd CrossTraces(const StackedRows& Y) const;
 
   std::vector<NoiseComponent> components_;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <glog/logging.h>
+
 namespace truetriad {
 namespace {
 
@@ -24,6 +26,28 @@ Eigen::VectorXd Centred(Eigen::VectorXd values, const FaultScene& scene) {
   }
   values.array() -= sum / static_cast<double>(scene.poses());
   return values;
+}
+
+// A group at which a function's weight changes, and by how much.
+struct Change {
+  Eigen::Index at = 0, function = 0;
+  double by = 0.0;
+};
+
+// Adds half of the symmetric sum over all pairs of changes: each pair of different changes once.
+template <int kWide>
+void AddPairs(const std::vector<Change>& changes,
+              const Eigen::MatrixXd& from,
+              Eigen::MatrixXd* to) {
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    const Change& a = changes[i];
+    for (std::size_t j = 0; j <= i; ++j) {
+      const Change& b = changes[j];
+      const double factor = (i == j ? 0.5 : 1.0) * a.by * b.by;
+      to->block<kWide, kWide>(a.function * kWide, b.function * kWide) +=
+          factor * from.block<kWide, kWide>(a.at * kWide, b.at * kWide);
+    }
+  }
 }
 
 }  // namespace
@@ -139,11 +163,6 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
   const StretchWeights whole = StretchWeights::Ones(is_whole_ ? 1 : 0, 1);
   const StretchWeights& weights = is_whole_ ? whole : asked;
   const Eigen::Index wide = unknowns(), functions = weights.cols(), count = weights.rows();
-  // The groups at which a function's weight changes, and by how much.
-  struct Change {
-    Eigen::Index at = 0, function = 0;
-    double by = 0.0;
-  };
   std::vector<Change> changes;
   changes.reserve(static_cast<std::size_t>(functions) * (functions > 1 ? count : 3));
   ColumnSums sums;
@@ -151,27 +170,26 @@ ColumnSums ScannedForm::SumsOf(const StretchWeights& asked) const {
   sums.gradient = Eigen::VectorXd::Zero(wide * functions);
   sums.squares = Eigen::VectorXd::Zero(wide * functions);
   for (Eigen::Index f = 0; f < functions; ++f) {
+    sums.squares.segment(f * wide, wide).noalias() =
+        squares_ * Eigen::VectorXd(weights.col(f).cwiseAbs2());
     double before = 0.0;
     for (Eigen::Index g = 0; g < count; ++g) {
       const double weight = weights(g, f), by = weight - before;
-      before = weight;
-      sums.squares.segment(f * wide, wide) += weight * weight * squares_.col(g);
       if (by == 0.0) continue;
       changes.push_back({g, f, by});
       sums.gradient.segment(f * wide, wide) += by * suffix_gradient_.col(g);
+      before = weight;
     }
   }
-  // For matrices this small, loops over columns are faster than Eigen blocks of dynamic size.
-  for (const Change& a : changes) {
-    for (const Change& b : changes) {
-      const double factor = a.by * b.by;
-      for (Eigen::Index j = 0; j < wide; ++j) {
-        const double* const from = &suffix_information_(a.at * wide, b.at * wide + j);
-        double* const to = &sums.information(a.function * wide, b.function * wide + j);
-        for (Eigen::Index i = 0; i < wide; ++i) to[i] += factor * from[i];
-      }
-    }
+  if (wide == 3) {
+    AddPairs<3>(changes, suffix_information_, &sums.information);
+  } else if (wide == 1) {
+    AddPairs<1>(changes, suffix_information_, &sums.information);
+  } else {
+    CHECK_EQ(wide, 9);
+    AddPairs<9>(changes, suffix_information_, &sums.information);
   }
+  sums.information += sums.information.transpose().eval();
   return sums;
 }
 

@@ -22,7 +22,7 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
       const double weight =
           variance_covariance(static_cast<Eigen::Index>(s), static_cast<Eigen::Index>(t));
       a1 += weight * changes[s].trace() * changes[t].trace();
-      a2 += weight * Times(changes[s], changes[t]).trace();
+      a2 += weight * changes[s].cwiseProduct(changes[t].transpose()).sum();
     }
   }
   // If no variance was estimated, or none that has an influence, the test is χ².

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "math/dense/cholesky.h"
+#include "math/dense/products.h"
 
 namespace truetriad {
 
@@ -39,35 +40,6 @@ void ChainFactor::SolveInPlace(StackedRows* b) const {
     const Eigen::Matrix3d inverse = half_[k].transpose() * half_[k];
     AddProduct(1.0, inverse, own, rows(k));
     if (k + 1 < states() && IsCoupled(k)) AddProduct(-1.0, gain_[k], rows(k + 1), rows(k));
-  }
-}
-
-// Computes c_k = b_k - G_{k-1}^T c_{k-1} until c_k is negligible. Then replaces each c_k by H_k
-// c_k.
-void ChainFactor::HalfSolveInPlace(Panel* panel) const {
-  constexpr double kNothingLeft = 1e-10;  // share of the largest; its square is below rounding
-  StackedRows& rows = panel->rows;
-  Eigen::Index count = rows.rows() / 3;
-  double largest = 0.0;
-  for (Eigen::Index i = 0; i < count; ++i) {
-    const std::size_t state = panel->first + static_cast<std::size_t>(i);
-    if (i > 0 && IsCoupled(state - 1)) {
-      rows.middleRows<3>(3 * i) -=
-          gain_[state - 1].transpose().lazyProduct(rows.middleRows<3>(3 * i - 3)).eval();
-    }
-    const double size = rows.middleRows<3>(3 * i).cwiseAbs().maxCoeff();
-    largest = std::max(largest, size);
-    const bool is_last = i + 1 == count;
-    if (!is_last || !IsCoupled(state) || size <= kNothingLeft * largest) continue;
-    if (3 * count == rows.rows()) {
-      rows.conservativeResizeLike(StackedRows::Zero(6 * count + 3, rows.cols()));
-    }
-    ++count;
-  }
-  rows.conservativeResize(3 * count, Eigen::NoChange);
-  for (Eigen::Index i = 0; i < count; ++i) {
-    auto own = rows.middleRows<3>(3 * i);
-    own = half_[panel->first + static_cast<std::size_t>(i)].lazyProduct(own).eval();
   }
 }
 
@@ -113,6 +85,75 @@ ChainFactor::Blocks ChainFactor::InverseDerivative(const Blocks& inverse,
     derivative.own[k].noalias() -= inverse.with_next[k] * gain[k].transpose();
   }
   return derivative;
+}
+
+// The rows of x = N^-1 b at the panel's states. Forward, c_k = b_k - G_{k-1}^T c_{k-1}; at the last
+// state, x_k = (N^-1)_kk c_k; from there backward, x_k = H_k^T H_k c_k - G_k x_{k+1}.
+Eigen::MatrixXd ChainFactor::SolvedWithin(const Panel& b, const Blocks& inverse) const {
+  Eigen::MatrixXd x = b.rows;
+  const Eigen::Index last = x.rows() / 3 - 1;
+  const auto state_of = [&](Eigen::Index i) { return b.first + static_cast<std::size_t>(i); };
+  for (Eigen::Index j = 0; j < x.cols(); ++j) {
+    const auto at = [&](Eigen::Index i) { return x.col(j).segment<3>(3 * i); };
+    for (Eigen::Index i = 1; i <= last; ++i) {
+      if (!IsCoupled(state_of(i - 1))) continue;
+      at(i).noalias() -= gain_[state_of(i - 1)].transpose() * at(i - 1);
+    }
+    at(last) = inverse.own[state_of(last)] * Eigen::Vector3d(at(last));
+    for (Eigen::Index i = last; i-- > 0;) {
+      const Eigen::Matrix3d& half = half_[state_of(i)];
+      const Eigen::Vector3d halved = half * at(i);
+      at(i).noalias() = half.transpose() * halved;
+      if (IsCoupled(state_of(i))) at(i).noalias() -= gain_[state_of(i)] * at(i + 1);
+    }
+  }
+  return x;
+}
+
+// Before the first state f of b_h, x_k = (-G_k) ... (-G_{f-1}) x_f. The rows of an earlier b_g
+// before f thus enter by one block, Σ_{k < f} (-G_{f-1})^T ... (-G_k)^T b_gk, which moves from one
+// panel's f to the next panel's.
+Eigen::MatrixXd ChainFactor::InverseBetween(const std::vector<Panel>& panels,
+                                            const Blocks& inverse) const {
+  using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;
+  const Eigen::Index wide = panels.front().rows.cols();
+  const auto place = [wide](std::size_t panel) { return wide * static_cast<Eigen::Index>(panel); };
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(place(panels.size()), place(panels.size()));
+  std::vector<ThreeRows> moved(panels.size(), ThreeRows::Zero(3, wide));
+  std::size_t from = 0;
+  for (std::size_t h = 0; h < panels.size(); ++h) {
+    const Panel& own = panels[h];
+    if (own.rows.rows() == 0) continue;
+    Eigen::Matrix3d move = Eigen::Matrix3d::Identity();
+    std::vector<ThreeRows> more(h, ThreeRows::Zero(3, wide));
+    for (std::size_t k = own.first; k-- > from;) {
+      if (!IsCoupled(k)) {
+        move.setZero();
+        break;
+      }
+      move = -(move * gain_[k].transpose()).eval();
+      for (std::size_t g = h; g-- > 0;) {
+        if (panels[g].rows.rows() == 0) continue;
+        if (panels[g].end() <= k) break;
+        const auto row = 3 * static_cast<Eigen::Index>(k - panels[g].first);
+        more[g].noalias() += move.lazyProduct(panels[g].rows.middleRows<3>(row));
+      }
+    }
+    from = own.first;
+    const Eigen::MatrixXd x = SolvedWithin(own, inverse);
+    for (std::size_t g = 0; g <= h; ++g) {
+      if (panels[g].rows.rows() == 0) continue;
+      if (g < h) moved[g] = move.lazyProduct(moved[g]).eval() + more[g];
+      Eigen::MatrixXd product = moved[g].transpose().lazyProduct(x.topRows<3>());
+      if (panels[g].end() > from) {
+        const auto both = 3 * static_cast<Eigen::Index>(panels[g].end() - from);
+        product += TransposeTimes(panels[g].rows.bottomRows(both), x.topRows(both));
+      }
+      all.block(place(g), place(h), wide, wide) = product;
+      if (g < h) all.block(place(h), place(g), wide, wide) = product.transpose();
+    }
+  }
+  return all;
 }
 
 }  // namespace truetriad

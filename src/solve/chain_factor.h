@@ -38,18 +38,7 @@ class ChainFactor {
   // Replaces b by N^-1 b, for any number of columns.
   void SolveInPlace(StackedRows* b) const;
 
-  // Columns of b that are zero before state `first`; HalfSolveInPlace replaces them by L^-1 b with
-  // N = L L^T. `rows`: b from state `first` to the last nonzero row; afterwards the result, as far
-  // as it is not negligible.
-  struct Panel {
-    std::size_t first = 0;
-    StackedRows rows;
-    Eigen::Index begin() const { return 3 * static_cast<Eigen::Index>(first); }
-    Eigen::Index end() const { return begin() + rows.rows(); }
-  };
-  void HalfSolveInPlace(Panel* panel) const;
-
-  // The blocks of N^-1 for each state, and those between each state and the next one.
+  // Blocks of N^-1: of each state, and between each state and the next.
   struct Blocks {
     std::vector<Eigen::Matrix3d> own;
     std::vector<Eigen::Matrix3d> with_next;  // empty if no states are coupled
@@ -63,7 +52,20 @@ class ChainFactor {
   // Inverse.
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
+  // Columns that are zero but for the rows of consecutive states, from `first` up to, but without,
+  // `end`.
+  struct Panel {
+    std::size_t first = 0;
+    Eigen::MatrixXd rows;
+    std::size_t end() const { return first + static_cast<std::size_t>(rows.rows() / 3); }
+  };
+  // b_g^T N^-1 b_h of all pairs of panels, in block (g, h). The panels have equally many columns,
+  // and are in the order of their first states and of their ends; some may have no rows.
+  Eigen::MatrixXd InverseBetween(const std::vector<Panel>& panels, const Blocks& inverse) const;
+
  private:
+  Eigen::MatrixXd SolvedWithin(const Panel& b, const Blocks& inverse) const;
+
   std::vector<Eigen::Matrix3d> half_;
   // They end with the last state that is coupled with its successor, and are empty for poses
   // without turns.

@@ -40,8 +40,7 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
   shared_ = SharedInformation(graph.layout, graph.shared, matrix(), gradient());
   projected_ = projected_columns().col(size());
   if (size() > 0) projected_ += B() * step();
-  BM_ = {};  // frees the memory before the next product
-  BM_ = ProductOfRows(projected_columns(), covariance());
+  ProductOfRows(projected_columns(), covariance(), &BM_);
 }
 
 Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index row) const {

@@ -56,6 +56,10 @@ class ReducedSystem : public LinearisedGraph {
   std::vector<Eigen::Matrix3d> ProjectorDerivative(const std::vector<VarianceChange>& dV,
                                                    const std::vector<VarianceChange>& wanted) const;
 
+ protected:
+  // Blocks of the inverse of A^T V^-1 A.
+  const ChainFactor::Blocks& pose_covariance() const { return pose_covariance_; }
+
  private:
   void Complete(const PoseGraph& graph);
 

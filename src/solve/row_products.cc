@@ -140,20 +140,28 @@ Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b) {
 }
 
 StackedRows ProductOfRows(const StackedRows& a, const StackedRows& b) {
-  StackedRows out(a.rows(), b.cols());
+  StackedRows out;
+  ProductOfRows(a, b, &out);
+  return out;
+}
+
+void ProductOfRows(const StackedRows& a, const StackedRows& b, StackedRows* out) {
+  out->resize(a.rows(), b.cols());
   const RowProduct product{a.data(),
                            a.cols(),
                            1,
                            b.data(),
                            b.cols(),
-                           out.data(),
+                           out->data(),
                            b.cols(),
                            a.rows(),
                            b.rows(),
                            b.cols()};
-  if (!FillsABlock(product)) return a.leftCols(b.rows()) * b;
-  MultiplyInBlocks(product);
-  return out;
+  if (FillsABlock(product)) {
+    MultiplyInBlocks(product);
+  } else {
+    out->noalias() = a.leftCols(b.rows()) * b;
+  }
 }
 
 }  // namespace truetriad

@@ -66,7 +66,15 @@ SymmetricEigen SharedInformation::FindSpectrum() const {
 }
 
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
-  return Times(layout.basis, covariance).cwiseProduct(layout.basis).rowwise().sum();
+  // Most rows of the basis have one entry.
+  Eigen::ArrayXd variances = Eigen::ArrayXd::Zero(layout.basis.rows());
+  for (Eigen::Index row = 0; row < layout.basis.rows(); ++row) {
+    const auto own = layout.basis.row(row);
+    for (Eigen::Index i = 0; i < own.size(); ++i) {
+      if (own[i] != 0.0) variances[row] += own[i] * own.dot(covariance.col(i));
+    }
+  }
+  return variances;
 }
 
 double LargestInSigmas(const SharedLayout& layout,

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "solve/chain_factor.h"
 
+#include <utility>
+
 #include <gtest/gtest.h>
 
 #include "math/dense/cholesky.h"
@@ -80,6 +82,23 @@ TEST(ChainFactor, GivesTheDerivativeOfTheInverse) {
   const Eigen::MatrixXd inverse = Cholesky(at.dense).Inverse();
   ExpectBlocks(-inverse * change.dense * inverse,
                factor.InverseDerivative(factor.Inverse(), change.blocks));
+}
+
+// Panels that overlap, leave states out, or have no rows, in both chains and beside them.
+TEST(ChainFactor, GivesTheProductsOfPanelsWithTheInverse) {
+  const Example example(5, false);
+  const ChainFactor factor = example.Factor();
+  const std::vector<std::pair<std::size_t, int>> places = {
+      {0, 2}, {1, 1}, {1, 0}, {2, 2}, {3, 3}, {6, 2}, {8, 1}};
+  std::vector<ChainFactor::Panel> panels;
+  StackedRows all = StackedRows::Zero(factor.size(), 2 * std::ssize(places));
+  for (const auto& [first, states] : places) {
+    const auto row = 3 * static_cast<Eigen::Index>(first), column = 2 * std::ssize(panels);
+    panels.push_back({first, Eigen::MatrixXd::Random(3 * states, 2)});
+    all.block(row, column, 3 * states, 2) = panels.back().rows;
+  }
+  const Eigen::MatrixXd wanted = all.transpose() * Cholesky(example.dense).Inverse() * all;
+  EXPECT_LT((factor.InverseBetween(panels, factor.Inverse()) - wanted).norm(), 1e-14);
 }
 
 TEST(ChainFactor, KeepsNothingBetweenStatesThatAreNotCoupled) {

@@ -19,6 +19,7 @@ namespace {
 constexpr int kMostUnknowns = 4;
 using Normal = Eigen::Matrix<double, kMostUnknowns, kMostUnknowns>;
 using Unknowns = Eigen::Matrix<double, kMostUnknowns, 1>;
+using Columns = Eigen::Matrix<double, 3, kMostUnknowns>;
 
 // An offset needs this many more moves than unknowns, so that σ by leaving one out is meaningful.
 constexpr int kSpareMoves = 4;
@@ -46,12 +47,10 @@ struct FollowedMove {
   std::vector<Eigen::Quaterniond> world_from_body;
 };
 
-// Sums over one move: Z^T Z and Z^T r of its rows, r^T r, and the number of rows.
+// Sums over one move's rows: Z^T r and r^T r.
 struct MoveSums {
-  Normal normal = Normal::Zero();
   Unknowns right = Unknowns::Zero();
   double square = 0.0;
-  double rows = 0.0;
 };
 
 std::vector<Eigen::Vector3d> Differences(const FollowedMove& move) {
@@ -120,13 +119,19 @@ struct SeenMove {
   const FollowedMove* move = nullptr;
   std::vector<Eigen::Vector3d> reading;  // true unit, minus the errors at the rests beside it
   std::vector<Eigen::Vector3d> field;    // predicted by the attitude, true unit
+  std::vector<Columns> columns;          // Z: derivatives of each reading by the unknowns
+  Normal normal = Normal::Zero();        // Z^T Z
+  double rows() const { return 3.0 * static_cast<double>(columns.size()); }
 };
+
+int UnknownsOf(Triad triad) { return triad == Triad::kAccelerometer ? kMostUnknowns : 1; }
 
 SeenMove SeenBy(Triad triad,
                 const PoseGraph& graph,
                 const IncrementEdge& edge,
                 const FollowedMove& move,
                 const std::vector<Eigen::Vector3d>& reading_raw) {
+  const bool has_place = UnknownsOf(triad) > 1;
   const Eigen::Vector3d world = WorldVector(triad, graph.reference());
   const PoseNode& first = graph.nodes[edge.from];
   const PoseNode& second = graph.nodes[edge.from + 1];
@@ -137,22 +142,31 @@ SeenMove SeenBy(Triad triad,
   };
   const Eigen::Vector3d off_before = off_at(first), off_after = off_at(second);
   const Eigen::Matrix3d correction = model.Correction();
-  SeenMove seen{&move, {}, {}};
+  SeenMove seen;
+  seen.move = &move;
   const std::size_t count = reading_raw.size();
   seen.reading.reserve(count);
   seen.field.reserve(count);
+  seen.columns.reserve(count);
   for (std::size_t i = 0; i < count; ++i) {
     const double share =
         static_cast<double>(i) / static_cast<double>(std::max<std::size_t>(count, 2) - 1);
     seen.reading.emplace_back(correction * model.Felt(reading_raw[i] - model.bias) -
                               (1.0 - share) * off_before - share * off_after);
     seen.field.emplace_back(move.world_from_body[i].conjugate() * world);
+    Columns& columns = seen.columns.emplace_back(Columns::Zero());
+    columns.col(0) = move.rate_radps[i].cross(seen.field[i]);
+    if (has_place) {
+      const Eigen::Matrix3d turning = Skew(move.rate_radps[i]);
+      columns.rightCols<3>() = Skew(move.acceleration_radps2[i]) + turning * turning;
+    }
+    seen.normal.noalias() += columns.transpose() * columns;
   }
   return seen;
 }
 
 // The sums over one move with readings shifted by `later_s`.
-MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
+MoveSums SumsOf(const SeenMove& seen, double later_s) {
   MoveSums sums;
   const FollowedMove& move = *seen.move;
   const std::size_t count = move.time_s.size();
@@ -167,17 +181,8 @@ MoveSums SumsOf(const SeenMove& seen, double later_s, int unknowns) {
     const double share = span_s > 0.0 ? (time_s - move.time_s[left]) / span_s : 0.0;
     const Eigen::Vector3d off =
         (1.0 - share) * seen.reading[left] + share * seen.reading[right] - seen.field[i];
-    Eigen::Matrix<double, 3, kMostUnknowns> columns =
-        Eigen::Matrix<double, 3, kMostUnknowns>::Zero();
-    columns.col(0) = move.rate_radps[i].cross(seen.field[i]);
-    if (unknowns > 1) {
-      const Eigen::Matrix3d turning = Skew(move.rate_radps[i]);
-      columns.rightCols<3>() = Skew(move.acceleration_radps2[i]) + turning * turning;
-    }
-    sums.normal.noalias() += columns.transpose() * columns;
-    sums.right.noalias() += columns.transpose() * off;
+    sums.right.noalias() += seen.columns[i].transpose() * off;
     sums.square += off.squaredNorm();
-    sums.rows += 3.0;
   }
   return sums;
 }
@@ -190,7 +195,7 @@ Unknowns Solved(const Normal& normal, const Unknowns& right, int unknowns) {
 }
 
 std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& moves) {
-  const int unknowns = triad == Triad::kAccelerometer ? kMostUnknowns : 1;
+  const int unknowns = UnknownsOf(triad);
   const auto count = static_cast<int>(moves.size());
   if (count < unknowns + kSpareMoves) return std::nullopt;
   ClockOffset offset;
@@ -204,16 +209,16 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
     normal.setZero();
     right.setZero();
     for (std::size_t k = 0; k < moves.size(); ++k) {
-      sums[k] = SumsOf(moves[k], offset.later_s, unknowns);
-      normal += weights[k] * sums[k].normal;
+      sums[k] = SumsOf(moves[k], offset.later_s);
+      normal += weights[k] * moves[k].normal;
       right += weights[k] * sums[k].right;
     }
     const Unknowns step = Solved(normal, right, unknowns);
     if (!step.allFinite()) return std::nullopt;
     for (std::size_t k = 0; k < moves.size(); ++k) {
       const double square =
-          sums[k].square - 2.0 * step.dot(sums[k].right) + step.dot(sums[k].normal * step);
-      weights[k] = square > 0.0 ? sums[k].rows / square : 0.0;
+          sums[k].square - 2.0 * step.dot(sums[k].right) + step.dot(moves[k].normal * step);
+      weights[k] = square > 0.0 ? moves[k].rows() / square : 0.0;
     }
     offset.later_s += step[0];
     if (!(std::abs(offset.later_s) < kLongestS)) return std::nullopt;
@@ -223,7 +228,7 @@ std::optional<ClockOffset> OffsetOf(Triad triad, const std::vector<SeenMove>& mo
   const double whole = Solved(normal, right, unknowns)[0];
   for (std::size_t k = 0; k < moves.size(); ++k) {
     const double without = Solved(
-        normal - weights[k] * sums[k].normal, right - weights[k] * sums[k].right, unknowns)[0];
+        normal - weights[k] * moves[k].normal, right - weights[k] * sums[k].right, unknowns)[0];
     squares += (without - whole) * (without - whole);
   }
   offset.sigma_s = std::sqrt(squares * (count - 1.0) / count);
