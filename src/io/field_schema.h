@@ -155,8 +155,8 @@ class FieldSchema {
  private:
   Json Taken(const std::vector<MapWord>& words) const;
 
-  static constexpr std::size_t kWalks = 4;
-  std::size_t walk_ = 0;  ///< Counts down; its two bits are the answers.
+  static constexpr std::size_t kWalks = 4;  // 2 answers to each of 2 kinds of questions.
+  std::size_t walk_ = 0;                    ///< Counts down; its two bits are the answers.
   Json properties_ = Json::object();
   std::array<std::set<std::string>, kWalks> required_;  ///< In each walk.
 };
