@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <span>
 
+#include "base/unit_names.h"
 #include "truetriad/base/triad.h"
 
 namespace truetriad {
@@ -77,6 +79,15 @@ Result<Unit> ParseTriadUnit(Triad triad, std::string_view name) {
     message.append(unit.name).append(", ");
   }
   return Error(ErrorCode::kUnknownUnit, message.append("counts"));
+}
+
+std::vector<std::string_view> TriadUnitNames(Triad triad) {
+  std::vector<std::string_view> names = {"counts"};
+  for (const NamedScale& unit : UnitsOf(triad)) names.push_back(unit.name);
+  for (const auto& [other, usual] : kOtherSpellings) {
+    if (std::find(names.begin(), names.end(), usual) != names.end()) names.push_back(other);
+  }
+  return names;
 }
 
 std::string_view TruthUnitName(Triad triad) { return UnitsOf(triad).front().name; }

@@ -6,6 +6,7 @@
 
 #include "config/documents.h"
 #include "config/fields.h"
+#include "io/field_schema.h"
 #include "truetriad/config/experiment.h"
 
 namespace truetriad {
@@ -38,7 +39,7 @@ template <typename Visit>
 void SensorFields(Visit& visit, Triad triad, ExperimentDraft& draft, CalibrateOptions& chosen);
 
 /// The fields of the `plan:` block.
-void PlanFields(FieldReader& visit, PlanConfig* plan);
+void PlanFields(auto& visit, PlanConfig* plan);
 
 /// Disables a sensor and removes its limits.
 void LeaveOut(Triad triad, CalibrateOptions* options);

@@ -9,8 +9,10 @@
 #include "config/documents.h"
 #include "config/experiment_draft.h"
 #include "config/fields.h"
+#include "config/schemas.h"
 #include "io/tags_yaml.h"
 #include "io/yaml_text.h"
+#include "model/limit_names.h"
 #include "truetriad/model/calibration.h"
 
 // Every key of an experiment: its name, its value, its permitted range.
@@ -56,6 +58,10 @@ bool ReadAs(Recordings, YamlReader reader, std::vector<std::string>* inputs) {
   if (inputs->empty()) reader.Fail("expected a recording, or a list of recordings of one unit");
   return true;
 }
+Json SchemaOf(Recordings, const std::vector<std::string>* inputs) {
+  return AnyOf(SchemaOf(kAnyText, static_cast<const std::string*>(nullptr)),
+               SchemaOf(ListOf{kAnyText}, inputs));
+}
 std::string TextOf(Recordings, const std::vector<std::string>& inputs) {
   if (inputs.empty()) return "";
   return inputs.size() == 1 ? TextOf(kAnyText, inputs.front()) : TextOf(ListOf{kAnyText}, inputs);
@@ -67,6 +73,9 @@ bool ReadAs(Date, YamlReader reader, std::string* date) {
   if (!reader.Read(date)) return false;
   if (const Result<double> year = DecimalYear(*date); !year) reader.Fail(year.error().message);
   return true;
+}
+Json SchemaOf(Date, const std::string*) {
+  return {{"type", "string"}, {"pattern", "^[0-9]{4}-[0-9]{2}-[0-9]{2}$"}};
 }
 std::string TextOf(Date, const std::string& date) { return TextOf(kFile, date); }
 
@@ -84,6 +93,9 @@ bool ReadAs(Axes, YamlReader reader, StatedMounting* stated) {
       name + "` is none of them");
   return false;
 }
+Json SchemaOf(Axes, const StatedMounting*) {
+  return {{"type", "string"}, {"pattern", "^(any|([+-][xyz]){3}|(MAV_SENSOR_)?ROTATION_.+)$"}};
+}
 std::string TextOf(Axes, const StatedMounting& stated) {
   return stated.map ? AxisMapName(*stated.map) : "any";
 }
@@ -99,6 +111,10 @@ bool ReadAs(Strict, YamlReader reader, std::optional<double>* shift_sigmas) {
     *shift_sigmas = most;
   }
   return bool(reader);
+}
+
+Json SchemaOf(Strict, const std::optional<double>*) {
+  return AnyOf(WordSchema({"true", "false"}), RangeSchema(kNotNegative, "number"));
 }
 
 // A limit: a number x, which means from -x to x, or { lower, target, upper }.
@@ -144,11 +160,24 @@ void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* 
   }
 }
 
+/// The schema of what ReadLimitsBelow reads at a name: a limit, or a map of further names.
+Json LimitSchema() {
+  Limit limit;
+  const Json map = FieldSchema::OfMap([&](FieldSchema& visit) { LimitFields(visit, limit); });
+  const Json names = {{"type", "object"},
+                      {"minProperties", 1},
+                      {"propertyNames", {{"pattern", "^(?!(lower|upper|target)$)"}}},
+                      {"additionalProperties", {{"$ref", "#/$defs/limit"}}}};
+  return AnyOf(AnyOf(RangeSchema(kNotNegative, "number"), map), names);
+}
+
 template <typename Visit>
 void LimitsFields(Visit& visit, LimitOptions& options) {
+  visit.Has("preset");  // The preset has been read before all documents.
   if constexpr (Visit::kReads) {
-    visit.Has("preset");  // The preset has been read before all documents.
     ReadLimitsBelow(visit.map(), "", &options);
+  } else if constexpr (!Visit::kWrites) {
+    for (const std::string& name : LimitNames()) visit.Add(name, {{"$ref", "#/$defs/limit"}});
   } else {
     for (auto& [name, limit] : options.limits) {
       if (limit.IsAboutZero()) {
@@ -441,20 +470,15 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
   const auto device = [&](auto& in) {
     in("serial", experiment.serial, kName);
     in("model", experiment.model, kName);
-    if constexpr (Visit::kReads) {
-      ReadDeviceTags(&in.map(), &experiment.tags);
+    if constexpr (!Visit::kWrites) {
+      DeviceTagFields(in, experiment.tags);
     } else {
       const std::string tags = DeviceTagsText(experiment.tags);
       in.Append(tags.empty() ? "" : "," + tags);
     }
   };
   visit.Map("device", device, {.is_flow = true});
-  if constexpr (Visit::kReads) {
-    ReadRunTags(visit.Child("run"), &experiment.tags);
-  } else {
-    const std::string tags = RunTagsText(experiment.tags);
-    visit.Line("run", tags.empty() ? "{  }" : "{" + tags + " }");
-  }
+  visit.Map("run", [&](auto& run) { RunFields(run, experiment.tags); }, {.is_flow = true});
   visit.Map("reference", [&](auto& reference) { ReferenceFields(reference, draft); });
   visit("gauge", draft.gauge, kGauges);
   visit("clocks", options.corrects_clocks, kClocks);
@@ -473,9 +497,9 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
   });
   RecordingFields(visit, draft);
   FitFields(visit, experiment);
-  if constexpr (Visit::kReads) {
+  if constexpr (!Visit::kWrites) {
     if (visit.Has("plan") && !experiment.plan) experiment.plan = PlanConfig();
-    visit.Map("plan", [&](FieldReader& plan) { PlanFields(plan, &*experiment.plan); });
+    visit.Map("plan", [&](auto& plan) { PlanFields(plan, &*experiment.plan); });
   }
 }
 
@@ -495,6 +519,42 @@ void LeaveOut(Triad triad, CalibrateOptions* options) {
   options->triads[triad].enabled = false;
   std::erase_if(options->limits.limits,
                 [&](const auto& limit) { return limit.first.starts_with(TriadName(triad)); });
+}
+
+Json ExperimentSchema() {
+  Json schema = FieldSchema::OfFile("An experiment of truetriad", [](FieldSchema& visit) {
+    ExperimentDraft draft;
+    visit.Require("experiment");
+    ExperimentFields(visit, draft, draft.experiment.options);
+  });
+  schema["$defs"]["limit"] = LimitSchema();
+  return schema;
+}
+
+Json SensorPresetSchema() {
+  return FieldSchema::OfFile("A preset of sensors for experiments", [](FieldSchema& visit) {
+    ExperimentDraft draft;
+    visit.Require("sensor_preset");
+    visit("sensor_preset", kVersion, FormatVersion());
+    visit.Has("description");
+    for (const Triad triad : kTriads) {
+      visit.Map(TriadName(triad), [&](FieldSchema& sensor) {
+        SensorFields(sensor, triad, draft, draft.experiment.options);
+      });
+    }
+  });
+}
+
+Json LimitsPresetSchema() {
+  Json schema = FieldSchema::OfFile("A preset of limits for experiments", [](FieldSchema& visit) {
+    LimitOptions options;
+    for (const char* key : {"limits_preset", "limits"}) visit.Require(key);
+    visit("limits_preset", kVersion, FormatVersion());
+    visit.Has("description");
+    visit.Map("limits", [&](FieldSchema& limits) { LimitsFields(limits, options); });
+  });
+  schema["$defs"]["limit"] = LimitSchema();
+  return schema;
 }
 
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft) {

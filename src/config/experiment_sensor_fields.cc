@@ -210,5 +210,6 @@ void SensorFields(Visit& visit, Triad triad, ExperimentDraft& draft, CalibrateOp
 
 template void SensorFields(FieldReader&, Triad, ExperimentDraft&, CalibrateOptions&);
 template void SensorFields(FieldWriter&, Triad, ExperimentDraft&, CalibrateOptions&);
+template void SensorFields(FieldSchema&, Triad, ExperimentDraft&, CalibrateOptions&);
 
 }  // namespace truetriad

@@ -17,7 +17,7 @@ namespace truetriad {
 /// key, its line is marked as default.
 class FieldWriter {
  public:
-  static constexpr bool kReads = false;
+  static constexpr bool kReads = false, kWrites = true;
   explicit FieldWriter(const Places& given) : given_(&given) {}
 
   template <typename Value, typename Kind>

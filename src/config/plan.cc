@@ -27,7 +27,7 @@ MapWord GridWord(std::string_view word, PlanGrid* grid, std::vector<Eigen::Quate
           }};
 }
 
-void NominalSensorFields(FieldReader& visit, Triad triad, NominalSensor* nominal) {
+void NominalSensorFields(auto& visit, Triad triad, NominalSensor* nominal) {
   visit("unit", nominal->unit, ReadingsUnit{triad});
   if (double gain = 0.0; visit.IsNumber("sensitivity")) {
     if (visit("sensitivity", gain, kPositive)) {
@@ -41,11 +41,10 @@ void NominalSensorFields(FieldReader& visit, Triad triad, NominalSensor* nominal
   visit("bias", nominal->bias, kNumbers);
 }
 
-void NominalFields(FieldReader& visit, PlanConfig* plan) {
+void NominalFields(auto& visit, PlanConfig* plan) {
   for (const Triad triad : kTriads) {
-    visit.Map(TriadName(triad), [&](FieldReader& sensor) {
-      NominalSensorFields(sensor, triad, &plan->nominal[triad]);
-    });
+    visit.Map(TriadName(triad),
+              [&](auto& sensor) { NominalSensorFields(sensor, triad, &plan->nominal[triad]); });
   }
   visit("strength_ut", plan->options.nominal_field_ut, kPositive);
   visit(InDegrees("dip_deg"), plan->options.nominal_dip_rad, kDipDeg);
@@ -53,17 +52,13 @@ void NominalFields(FieldReader& visit, PlanConfig* plan) {
 
 }  // namespace
 
-void PlanFields(FieldReader& visit, PlanConfig* plan) {
+void PlanFields(auto& visit, PlanConfig* plan) {
   PlanOptions& options = plan->options;
   PlanGrid* const grid = &options.grid;
   visit("poses", options.poses, kPoses);
-  if (YamlReader wanted = visit.Child("wanted")) {
-    for (const std::string& name : wanted.Keys()) {
-      ReadAs(kPositive, wanted.Child(name), &options.wanted[name]);
-    }
-  }
+  visit("wanted", options.wanted, MapOf{kPositive});
   visit("max_poses", options.max_poses, kPoses);
-  const auto rotations = [&](FieldReader& in) {
+  const auto rotations = [&](auto& in) {
     in.Require("spread");
     int count = 0;
     grid->continuous = in("spread", count, kSpread);
@@ -91,7 +86,9 @@ void PlanFields(FieldReader& visit, PlanConfig* plan) {
       Range{kPositive.lowest, 300.0, "a duration up to 300 s (calibration uses no longer turns)"});
   visit(InDegrees("turn_sigma_deg"), options.turn_sigma_rad, kNotNegative);
   visit("seed", options.seed, Seed());
-  visit.Map("nominal", [&](FieldReader& nominal) { NominalFields(nominal, plan); });
+  visit.Map("nominal", [&](auto& nominal) { NominalFields(nominal, plan); });
 }
+template void PlanFields(FieldReader&, PlanConfig*);
+template void PlanFields(FieldSchema&, PlanConfig*);
 
 }  // namespace truetriad

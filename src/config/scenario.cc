@@ -7,6 +7,7 @@
 #include "config/documents.h"
 #include "config/fields.h"
 #include "config/scenario_fields.h"
+#include "config/schemas.h"
 #include "io/yaml_reader.h"
 #include "truetriad/config/experiment.h"
 
@@ -19,13 +20,13 @@ struct ScenarioDraft {
   PerTriad<std::optional<ScenarioSensor>> sensors;
 };
 
-void WorldFields(FieldReader& visit, SimulatedWorld& world) {
+void WorldFields(auto& visit, SimulatedWorld& world) {
   visit("gravity_mps2", world.gravity_mps2, kPositive);
-  visit.Map("field", [&](FieldReader& field) {
+  visit.Map("field", [&](auto& field) {
     field("strength_ut", world.field_ut, kPositive);
     field(InDegrees("dip_deg"), world.dip_rad, kDipDeg);
   });
-  const auto earth_rate = [&](FieldReader& in) {
+  const auto earth_rate = [&](auto& in) {
     SimulatedWorld::EarthRate& rate = world.earth_rate.emplace();
     in.Require("latitude_deg");
     in(InDegrees("latitude_deg"), rate.latitude_rad, kLatitudeDeg);
@@ -36,13 +37,13 @@ void WorldFields(FieldReader& visit, SimulatedWorld& world) {
 }
 
 /// Reads one document into the draft; its file names are relative to the folder of `file`.
-void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* draft) {
+void ScenarioFields(auto& visit, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
   int version = kVersion;
   visit("scenario", version, FormatVersion());
   visit("description", scenario.description, kAnyText);
   visit.Has("base");  // The base has been read before all other documents.
-  visit.Map("device", [&](FieldReader& device) {
+  visit.Map("device", [&](auto& device) {
     device("serial", scenario.serial, kAnyText);
     device("model", scenario.model, kAnyText);
   });
@@ -51,8 +52,8 @@ void ScenarioFields(FieldReader& visit, const std::string& file, ScenarioDraft* 
   visit("seed", scenario.seed, Seed());
   visit("count", scenario.count, Range{1, 9999, "1 to 9999 units"});
   visit("sessions", scenario.sessions, Range{1, kMostSimulatedSessions, kSessions});
-  visit.Map("world", [&](FieldReader& world) { WorldFields(world, scenario.world); });
-  visit.Map("sensors", [&](FieldReader& sensors) {
+  visit.Map("world", [&](auto& world) { WorldFields(world, scenario.world); });
+  visit.Map("sensors", [&](auto& sensors) {
     for (const Triad triad : kTriads) {
       ScenarioSensorMap(sensors, triad, &draft->sensors[triad]);
     }
@@ -86,8 +87,7 @@ Result<Scenario> ReadOpenedScenario(YamlReader main,
   }
   for (const YamlReader& document : documents.all()) {
     const std::string file = IsOverride(document.file()) ? path : document.file();
-    FieldReader::ReadMap(document,
-                         [&](FieldReader& visit) { ScenarioFields(visit, file, &draft); });
+    FieldReader::ReadMap(document, [&](auto& visit) { ScenarioFields(visit, file, &draft); });
   }
   documents.CollectErrors(&errors);
   const Places places = documents.AllPlaces();
@@ -112,6 +112,14 @@ Result<Scenario> ReadOpenedScenario(YamlReader main,
 }
 
 }  // namespace
+
+Json ScenarioSchema() {
+  return FieldSchema::OfFile("A scenario of truetriad", [](FieldSchema& visit) {
+    ScenarioDraft draft;
+    visit.Require("scenario");
+    ScenarioFields(visit, "", &draft);
+  });
+}
 
 Result<Scenario> ReadScenario(const std::string& path, const std::vector<std::string>& overrides) {
   TRUETRIAD_ASSIGN_OR_RETURN(YamlReader main, YamlReader::FromFile(path));

@@ -7,7 +7,7 @@
 
 #include <Eigen/Core>
 
-#include "config/fields.h"
+#include "io/field_schema.h"
 #include "truetriad/sim/scenario.h"
 
 namespace truetriad {
@@ -40,7 +40,7 @@ struct ScenarioSensor {
 };
 
 /// Reads the block of a sensor; `none` removes it.
-void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
+void ScenarioSensorMap(auto& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
 
 /// The sensor in raw units; calls `fail` for each contradiction.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
@@ -48,6 +48,6 @@ SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
 
 /// Reads the course of a scenario: its motion, temperature and disturbances. A list replaces the
 /// list of earlier documents. File names are relative to the folder of `file`.
-void CourseFields(FieldReader& visit, const std::string& file, Scenario* scenario);
+void CourseFields(auto& visit, const std::string& file, Scenario* scenario);
 
 }  // namespace truetriad

@@ -45,8 +45,8 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
 
 /// Reads a list whose items are of several kinds, the alternatives of a variant; each item is a map
 /// under the name of its kind. The list replaces the list of earlier documents.
-template <typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
-void ListOfKinds(FieldReader& visit,
+template <typename Visit, typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
+void ListOfKinds(Visit& visit,
                  std::string_view key,
                  const std::array<std::string_view, N>& kinds,
                  std::vector<Thing>* things,
@@ -55,19 +55,19 @@ void ListOfKinds(FieldReader& visit,
   static_assert(N == std::variant_size_v<Thing>);
   std::string known;
   for (const std::string_view kind : kinds) known.append(known.empty() ? "" : ", ").append(kind);
-  visit.List(key, *things, [&](FieldReader& item, Thing& thing) {
+  visit.List(key, *things, [&](auto& item, Thing& thing) {
     const int count = (0 + ... + (item.Has(kinds[kIndex]) ? 1 : 0));
     item.Expect(count == 1, "expected one of " + known);
-    if (count != 1) return;
+    if (Visit::kReads && count != 1) return;
     const auto read = [&](std::string_view kind, auto& alternative) {
-      item.Map(kind, [&](FieldReader& fields) { of(fields, alternative); });
+      item.Map(kind, [&](auto& fields) { of(fields, alternative); });
     };
     ((item.Has(kinds[kIndex]) ? read(kinds[kIndex], thing.template emplace<kIndex>()) : void()),
      ...);
   });
 }
-template <typename Thing, std::size_t N, typename Of>
-void ListOfKinds(FieldReader& visit,
+template <typename Visit, typename Thing, std::size_t N, typename Of>
+void ListOfKinds(Visit& visit,
                  std::string_view key,
                  const std::array<std::string_view, N>& kinds,
                  std::vector<Thing>* things,
@@ -75,7 +75,7 @@ void ListOfKinds(FieldReader& visit,
   ListOfKinds(visit, key, kinds, things, of, std::make_index_sequence<N>());
 }
 
-void AttitudeSetFields(FieldReader& visit, const std::string& file, PosesStep& step) {
+void AttitudeSetFields(auto& visit, const std::string& file, PosesStep& step) {
   int count = 0;
   std::string program;
   const bool has_file = visit("file", program, kAnyText);
@@ -92,10 +92,10 @@ void AttitudeSetFields(FieldReader& visit, const std::string& file, PosesStep& s
   }
 }
 
-void StepFields(FieldReader& visit, const std::string& file, PosesStep& step) {
+void StepFields(auto& visit, const std::string& file, PosesStep& step) {
   visit.Require("attitudes");
   visit.Map("attitudes",
-            [&](FieldReader& set) { AttitudeSetFields(set, file, step); },
+            [&](auto& set) { AttitudeSetFields(set, file, step); },
             {.words = {{"six_face", false, [&] { step.poses = PosesOf(SixFaceAttitudes()); }},
                        {"cube", false, [&] { step.poses = PosesOf(CubeAttitudes()); }}}});
   int rounds = 1;
@@ -118,7 +118,7 @@ void StepFields(FieldReader& visit, const std::string& file, PosesStep& step) {
   visit("shuffle", step.shuffle, Flag());
 }
 
-void StepFields(FieldReader& visit, const std::string&, TurnStep& step) {
+void StepFields(auto& visit, const std::string&, TurnStep& step) {
   visit.Require("axis");
   visit("axis", step.axis_in_body, BodyAxis());
   visit("turns", step.turns, kAnyNumber);
@@ -127,7 +127,7 @@ void StepFields(FieldReader& visit, const std::string&, TurnStep& step) {
   visit("rest_s", step.rest_s, kNotNegative);
 }
 
-void StepFields(FieldReader& visit, const std::string&, RateStep& step) {
+void StepFields(auto& visit, const std::string&, RateStep& step) {
   visit.Require("axis");
   visit("axis", step.axis_in_body, BodyAxis());
   std::string said;
@@ -151,34 +151,34 @@ void StepFields(FieldReader& visit, const std::string&, RateStep& step) {
   visit("rest_s", step.rest_s, kNotNegative);
 }
 
-void StepFields(FieldReader& visit, const std::string&, TumbleStep& step) {
+void StepFields(auto& visit, const std::string&, TumbleStep& step) {
   visit("duration_s", step.duration_s, kPositive);
   visit(RateKeys("rms_rate"), step.rms_rate_radps, kPositive);
   visit("hand_acceleration_mps2", step.hand_acceleration_mps2, kNotNegative);
 }
 
-void SegmentFields(FieldReader& visit, TemperatureHold& hold) {
+void SegmentFields(auto& visit, TemperatureHold& hold) {
   visit.Require("duration_s");
   visit("duration_s", hold.duration_s, kPositive);
 }
 
-void SegmentFields(FieldReader& visit, TemperatureRamp& ramp) {
+void SegmentFields(auto& visit, TemperatureRamp& ramp) {
   visit.Require("to_degc");
   visit("to_degc", ramp.to_degc, kTemperatureDegc);
   visit(TemperatureRateKeys("rate"), ramp.rate_degcps, kPositive);
 }
 
-void SegmentFields(FieldReader& visit, TemperatureSine& sine) {
+void SegmentFields(auto& visit, TemperatureSine& sine) {
   for (const char* key : {"amplitude_degc", "period_s", "duration_s"}) visit.Require(key);
   visit("amplitude_degc", sine.amplitude_degc, kAnyNumber);
   visit("period_s", sine.period_s, kPositive);
   visit("duration_s", sine.duration_s, kPositive);
 }
 
-void TemperatureFields(FieldReader& visit, SimulatedTemperature& temperature) {
+void TemperatureFields(auto& visit, SimulatedTemperature& temperature) {
   constexpr std::array<std::string_view, 3> kKinds = {"hold", "ramp", "sine"};
   visit("start_degc", temperature.start_degc, kTemperatureDegc);
-  ListOfKinds(visit, "profile", kKinds, &temperature.profile, [](FieldReader& segment, auto& kind) {
+  ListOfKinds(visit, "profile", kKinds, &temperature.profile, [](auto& segment, auto& kind) {
     SegmentFields(segment, kind);
   });
   visit("soak_degc", temperature.soak_degc, ListOf{kTemperatureDegc});
@@ -197,45 +197,45 @@ void TemperatureFields(FieldReader& visit, SimulatedTemperature& temperature) {
   visit("ambient_logged", temperature.ambient_logged, Flag());
 }
 
-void WhenFields(FieldReader& visit, DisturbanceTime& when) {
+void WhenFields(auto& visit, DisturbanceTime& when) {
   visit("rest", when.rest, kRest);
   visit("offset_s", when.offset_s, kNotNegative);
 }
 
-void DisturbanceFields(FieldReader& visit, Knock& knock) {
+void DisturbanceFields(auto& visit, Knock& knock) {
   WhenFields(visit, knock.when);
   visit("duration_s", knock.duration_s, kPositive);
   visit.Expect(visit(TriadKeys("peak", Triad::kAccelerometer), knock.peak_mps2, kEach),
                "expected `peak_mps2` or `peak_g`: [x, y, z] in the body frame");
 }
 
-void DisturbanceFields(FieldReader& visit, MagnetPassing& magnet) {
+void DisturbanceFields(auto& visit, MagnetPassing& magnet) {
   WhenFields(visit, magnet.when);
   visit("duration_s", magnet.duration_s, kPositive);
   visit.Expect(visit(TriadKeys("peak", Triad::kMagnetometer), magnet.peak_ut, kEach),
                "expected `peak_ut`: [x, y, z] in the world frame");
 }
 
-void DisturbanceFields(FieldReader& visit, HardIronStep& step) {
+void DisturbanceFields(auto& visit, HardIronStep& step) {
   WhenFields(visit, step.when);
   visit.Expect(visit(TriadKeys("change", Triad::kMagnetometer), step.change_ut, kEach),
                "expected `change_ut`: [x, y, z] in the body frame");
 }
 
-void DisturbanceFields(FieldReader& visit, FieldStep& step) {
+void DisturbanceFields(auto& visit, FieldStep& step) {
   WhenFields(visit, step.when);
   visit.Expect(visit(TriadKeys("change", Triad::kMagnetometer), step.change_ut, kEach),
                "expected `change_ut`: [x, y, z] in the world frame");
 }
 
-void DisturbanceFields(FieldReader& visit, StuckSamples& stuck) {
+void DisturbanceFields(auto& visit, StuckSamples& stuck) {
   WhenFields(visit, stuck.when);
   visit.Require("sensor");
   visit("sensor", stuck.triad, kTriadNames);
   visit("duration_s", stuck.duration_s, kPositive);
 }
 
-void DisturbanceFields(FieldReader& visit, UnsettledPose& pose) {
+void DisturbanceFields(auto& visit, UnsettledPose& pose) {
   visit.Require("rest");
   visit("rest", pose.rest, kRest);
   visit.Expect(visit(AngleKeys("tilt"), pose.tilt_rad, kEach),
@@ -245,23 +245,25 @@ void DisturbanceFields(FieldReader& visit, UnsettledPose& pose) {
 
 }  // namespace
 
-void CourseFields(FieldReader& visit, const std::string& file, Scenario* scenario) {
+void CourseFields(auto& visit, const std::string& file, Scenario* scenario) {
   constexpr std::array<std::string_view, 4> kSteps = {"poses", "turn", "turntable", "tumble"};
   constexpr std::array<std::string_view, 6> kDisturbances = {
       "knock", "magnet", "hard_iron_step", "field_step", "stuck", "unsettled"};
-  ListOfKinds(visit, "motion", kSteps, &scenario->motion, [&](FieldReader& step, auto& kind) {
+  ListOfKinds(visit, "motion", kSteps, &scenario->motion, [&](auto& step, auto& kind) {
     StepFields(step, file, kind);
   });
   if (visit.IsList("motion", true)) {
     visit.Expect(!scenario->motion.empty(), "has no steps; list at least one", "motion");
   }
   visit("first_rest_s", scenario->first_rest_s, kPositive);
-  visit.Map("temperature", [&](FieldReader& of) { TemperatureFields(of, scenario->temperature); });
+  visit.Map("temperature", [&](auto& of) { TemperatureFields(of, scenario->temperature); });
   ListOfKinds(visit,
               "disturbances",
               kDisturbances,
               &scenario->disturbances,
-              [](FieldReader& disturbance, auto& kind) { DisturbanceFields(disturbance, kind); });
+              [](auto& disturbance, auto& kind) { DisturbanceFields(disturbance, kind); });
 }
+template void CourseFields(FieldReader&, const std::string&, Scenario*);
+template void CourseFields(FieldSchema&, const std::string&, Scenario*);
 
 }  // namespace truetriad

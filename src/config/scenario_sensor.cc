@@ -20,7 +20,7 @@ constexpr NamedValues<GyroscopeOutput, 2> kGyroscopeOutputs = {{
     {GyroscopeOutput::kInstantaneous, "instantaneous"},
 }};
 
-void UnitFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+void UnitFields(auto& visit, Triad triad, ScenarioSensor& sensor) {
   visit("unit", sensor.unit, ReadingsUnit{triad});
   const bool has_size = visit("si_per_count", sensor.si_per_count, kPositive);
   // Data sheets state the inverse, such as 16384 LSB/g.
@@ -33,7 +33,7 @@ void UnitFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
   visit("zero_raw", sensor.zero_raw, kEach);
 }
 
-void MatrixFields(FieldReader& visit, ScenarioSensor& sensor) {
+void MatrixFields(auto& visit, ScenarioSensor& sensor) {
   visit("sensitivity", sensor.sensitivity, kNumbers);
   const bool has_scale = visit(ShareKeys("scale_error"), sensor.scale_error, kEach);
   const bool has_angles = visit(AngleKeys("misalignment"), sensor.misalignment_rad, kNumbers);
@@ -51,7 +51,7 @@ Term& TermOf(std::vector<Term>& terms, std::size_t order) {
   return terms[order];
 }
 
-void ThermalFields(FieldReader& visit, Triad triad, ThermalTerms& terms) {
+void ThermalFields(auto& visit, Triad triad, ThermalTerms& terms) {
   visit("reference_degc", terms.reference_degc, kAnyNumber);
   for (std::size_t i = 0; i < kOrders.size(); ++i) {
     Eigen::Vector3d bias = Eigen::Vector3d::Zero(), scale = bias;
@@ -84,7 +84,7 @@ QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
       {name + "_ug_g" + std::to_string(1 + info.power), 1e-6 / info.PowerOf(kStandardGravityMps2)}};
 }
 
-void SpreadFields(FieldReader& visit, Triad triad, UnitSpread& spread) {
+void SpreadFields(auto& visit, Triad triad, UnitSpread& spread) {
   visit(TriadKeys("bias", triad), spread.bias, kNotNegative);
   visit(ShareKeys("scale"), spread.scale, kNotNegative);
   visit(AngleKeys("misalignment"), spread.misalignment_rad, kNotNegative);
@@ -116,7 +116,7 @@ QuantityKeys RandomWalkKeys(Triad triad) {
   return keys;
 }
 
-void NoiseFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+void NoiseFields(auto& visit, Triad triad, ScenarioSensor& sensor) {
   SensorNoise& noise = sensor.settled.noise;
   const bool has_density = visit(DensityKeys(triad), noise.density, kEachNotNegative);
   if (has_density) sensor.sample_sigma.reset();
@@ -129,7 +129,7 @@ void NoiseFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
   visit(RandomWalkKeys(triad), noise.random_walk, kEachNotNegative);
 }
 
-void SamplingFields(FieldReader& visit, SensorSampling& sampling) {
+void SamplingFields(auto& visit, SensorSampling& sampling) {
   visit("rate_hz", sampling.rate_hz, kPositive);
   visit(TimeKeys("jitter"), sampling.jitter_s, kNotNegative);
   visit("dropout",
@@ -138,7 +138,7 @@ void SamplingFields(FieldReader& visit, SensorSampling& sampling) {
   visit(TimeKeys("clock_offset"), sampling.clock_offset_s, kAnyNumber);
 }
 
-void OutputFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+void OutputFields(auto& visit, Triad triad, ScenarioSensor& sensor) {
   if (visit(TriadKeys("resolution", triad), sensor.resolution, kNotNegative)) {
     sensor.resolution_raw.reset();
   }
@@ -151,27 +151,27 @@ void OutputFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
   }
 }
 
-void SensorFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
+void SensorFields(auto& visit, Triad triad, ScenarioSensor& sensor) {
   UnitFields(visit, triad, sensor);
   visit(TriadKeys("bias", triad), sensor.bias, kEach);
   MatrixFields(visit, sensor);
-  const auto thermal = [&](FieldReader& in) {
+  const auto thermal = [&](auto& in) {
     if (!sensor.thermal) sensor.thermal.emplace();
     ThermalFields(in, triad, *sensor.thermal);
   };
   visit.Map("thermal", thermal, {.words = {{"none", false, [&] { sensor.thermal.reset(); }}}});
   UnitSpread& spread = sensor.settled.spread;
   visit.Map("spread",
-            [&](FieldReader& in) { SpreadFields(in, triad, spread); },
+            [&](auto& in) { SpreadFields(in, triad, spread); },
             {.words = {{"none", false, [&] { spread = {}; }}}});
   const auto no_noise = [&] {
     sensor.settled.noise = {};
     sensor.sample_sigma.reset();
   };
   visit.Map("noise",
-            [&](FieldReader& in) { NoiseFields(in, triad, sensor); },
+            [&](auto& in) { NoiseFields(in, triad, sensor); },
             {.words = {{"none", false, no_noise}}});
-  visit.Map("sampling", [&](FieldReader& in) { SamplingFields(in, sensor.settled.sampling); });
+  visit.Map("sampling", [&](auto& in) { SamplingFields(in, sensor.settled.sampling); });
   OutputFields(visit, triad, sensor);
   if (triad == Triad::kAccelerometer) {
     visit("lever_arm_m", sensor.settled.lever_arm_m, kNumbers);
@@ -187,8 +187,8 @@ void SensorFields(FieldReader& visit, Triad triad, ScenarioSensor& sensor) {
 
 }  // namespace
 
-void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSensor>* sensor) {
-  const auto fields = [&](FieldReader& in) {
+void ScenarioSensorMap(auto& visit, Triad triad, std::optional<ScenarioSensor>* sensor) {
+  const auto fields = [&](auto& in) {
     if (!*sensor) {
       sensor->emplace();
       (*sensor)->unit = *ParseTriadUnit(triad, TruthUnitName(triad));
@@ -197,6 +197,8 @@ void ScenarioSensorMap(FieldReader& visit, Triad triad, std::optional<ScenarioSe
   };
   visit.Map(TriadName(triad), fields, {.words = {{"none", false, [&] { sensor->reset(); }}}});
 }
+template void ScenarioSensorMap(FieldReader&, Triad, std::optional<ScenarioSensor>*);
+template void ScenarioSensorMap(FieldSchema&, Triad, std::optional<ScenarioSensor>*);
 
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              const std::function<void(const std::string&)>& fail) {

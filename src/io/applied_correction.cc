@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "io/field_reader.h"
+#include "io/field_schema.h"
 
 namespace truetriad {
 namespace {
@@ -18,7 +18,7 @@ constexpr std::string_view kUnknown =
     "state "
     "`none` if the readings are raw";
 
-void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
+void ThermalFields(auto& visit, AppliedCorrection::Thermal& thermal) {
   for (const char* key : {"reference_degc", "range_degc", "coefficients"}) visit.Require(key);
   visit("reference_degc", thermal.reference_degc, kAnyNumber);
   if (std::vector<double> range; visit("range_degc", range, NumberList())) {
@@ -32,6 +32,16 @@ void ThermalFields(FieldReader& visit, AppliedCorrection::Thermal& thermal) {
   if (double degc = 0.0; visit("calibrated_degc", degc, kAnyNumber)) {
     thermal.at_calibration = thermal.At(degc);
   }
+}
+
+void CorrectionFields(auto& visit,
+                      AppliedCorrection& applied,
+                      Eigen::Vector3d& scale,
+                      Eigen::Matrix3d& matrix) {
+  visit("offset", applied.offset, kNumbers);
+  visit("scale", scale, kNumbers);
+  visit("matrix", matrix, kNumbers);
+  visit.Map("thermal", [&](auto& in) { ThermalFields(in, applied.thermal.emplace()); });
 }
 
 }  // namespace
@@ -61,12 +71,8 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
   AppliedCorrection applied;
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   Eigen::Matrix3d matrix = Eigen::Matrix3d::Identity();
-  FieldReader::ReadMap(yaml, [&](FieldReader& visit) {
-    visit("offset", applied.offset, kNumbers);
-    visit("scale", scale, kNumbers);
-    visit("matrix", matrix, kNumbers);
-    visit.Map("thermal", [&](FieldReader& in) { ThermalFields(in, applied.thermal.emplace()); });
-  });
+  FieldReader::ReadMap(
+      yaml, [&](FieldReader& visit) { CorrectionFields(visit, applied, scale, matrix); });
   const Eigen::Matrix3d correction = matrix * scale.asDiagonal();
   // A correction is nearly a rotation times a common gain, so its determinant is near gain³. A far
   // smaller determinant is a typing error, and the inverse of the matrix would amplify the noise.
@@ -78,6 +84,16 @@ std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml) {
   }
   applied.inverse = correction.inverse();
   return applied;
+}
+
+void AppliedSchema(std::string_view key, FieldSchema& visit) {
+  const auto fields = [](FieldSchema& in) {
+    AppliedCorrection applied;
+    Eigen::Vector3d scale;
+    Eigen::Matrix3d matrix;
+    CorrectionFields(in, applied, scale, matrix);
+  };
+  visit.Map(key, fields, {.words = {{"none"}}});
 }
 
 }  // namespace truetriad

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -9,6 +10,8 @@
 #include "io/yaml_reader.h"
 
 namespace truetriad {
+
+class FieldSchema;
 
 /// The correction that firmware applied to a triad's readings before logging, and its inverse:
 ///
@@ -40,5 +43,8 @@ struct AppliedCorrection {
 /// Reads one triad's entry of `applied:`: `none` (nullopt) or a map of offset, scale, matrix and
 /// thermal. Errors, including the word `unknown`, are recorded in `yaml`.
 std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml);
+
+/// States the schema of such an entry.
+void AppliedSchema(std::string_view key, FieldSchema& visit);
 
 }  // namespace truetriad

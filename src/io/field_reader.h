@@ -20,8 +20,9 @@ namespace truetriad {
 //   visit.Map("robust", [&](auto& visit) { … });        a map of further fields
 //   visit.List("exclude", ranges, [](auto& visit, auto& range) { … });
 //   visit.Expect(file_is_given, "expected `file:`");    a condition on several keys of one map
-// FieldReader reads such a list, FieldWriter (config/fields.h) writes it. Several documents may be
-// read into one value: if a document lacks a key, that field stays as it is.
+// FieldReader reads such a list, FieldWriter (config/fields.h) writes it, FieldSchema
+// (io/field_schema.h) states its JSON Schema. Several documents may be read into one value: if a
+// document lacks a key, that field stays as it is.
 
 /// A word that may replace a map.
 struct MapWord {
@@ -39,7 +40,7 @@ struct MapForm {
 
 class FieldReader {
  public:
-  static constexpr bool kReads = true;
+  static constexpr bool kReads = true, kWrites = false;
   explicit FieldReader(YamlReader map) : map_(std::move(map)) {}
 
   /// True if the value was read. Only writers use the last argument, the choice that replaced

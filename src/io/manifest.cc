@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "io/burst_windows.h"
-#include "io/field_reader.h"
 #include "io/manifest_stream.h"
 #include "io/recording_layout.h"
 #include "io/tags_yaml.h"
@@ -32,15 +31,26 @@ std::string Resolved(const std::string& manifest_path, const std::string& file) 
   return (std::filesystem::path(manifest_path).parent_path() / file).lexically_normal().string();
 }
 
+/// The name or number of a column.
+struct Column {};
+bool ReadAs(Column, YamlReader reader, ColumnReference* column) {
+  column->stated.emplace(reader);
+  return reader.Read(&column->text);
+}
+Json SchemaOf(Column, const ColumnReference*) {
+  return SchemaOf(kAnyText, static_cast<const std::string*>(nullptr));
+}
+
 /// The column that `key` names; a missing key is recorded as an error.
-ColumnReference ReadColumn(FieldReader& visit, std::string_view key) {
+ColumnReference ColumnField(auto& visit, std::string_view key) {
   visit.Require(key);
-  ColumnReference column{{}, visit.Child(key)};
-  column.stated->Read(&column.text);
+  ColumnReference column;
+  visit(key, column, Column());
   return column;
 }
 
 struct TimeUnit {};
+Json SchemaOf(TimeUnit, const int*) { return WordSchema({"s", "ms", "us", "ns"}); }
 bool ReadAs(TimeUnit, YamlReader reader, int* power) {
   std::string unit;
   if (!reader.Read(&unit)) return false;
@@ -52,7 +62,7 @@ bool ReadAs(TimeUnit, YamlReader reader, int* power) {
   return known.has_value();
 }
 
-void TimeFields(FieldReader& visit, ManifestStream& stream) {
+void TimeFields(auto& visit, ManifestStream& stream) {
   static const std::string kWindows = "1 to " + std::to_string(BurstWindows::kMost) + " samples";
   TimeColumn& layout = stream.layout.time;
   const bool counts_rows = visit.Says("unit", "samples");
@@ -73,7 +83,7 @@ void TimeFields(FieldReader& visit, ManifestStream& stream) {
     layout.kind = TimeColumn::Kind::kRowNumber;
   } else {
     layout.kind = TimeColumn::Kind::kColumn;
-    stream.time = ReadColumn(visit, "column");
+    stream.time = ColumnField(visit, "column");
   }
 }
 
@@ -85,6 +95,7 @@ constexpr NamedValues<CsvLayout::Header, 3> kHeaders = {{
 constexpr NamedValues<bool, 2> kRagged = {{{true, "allow"}, {false, "refuse"}}};
 
 struct Separator {};
+Json SchemaOf(Separator, const char*) { return WordSchema({",", ";", "tab", "\t", "blank", " "}); }
 bool ReadAs(Separator, YamlReader reader, char* separator) {
   std::string text;
   if (!reader.Read(&text)) return false;
@@ -99,7 +110,7 @@ bool ReadAs(Separator, YamlReader reader, char* separator) {
 
 /// The conversion of a chip's temperature register: `scale` is the number of units per count,
 /// `offset` the temperature at 0 counts.
-void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
+void RegisterFields(auto& visit, TemperatureColumn& temperature) {
   double scale = 1.0, offset = 0.0;
   visit("scale", scale, kAnyNumber);
   visit.Expect(scale != 0.0, "must be a number other than zero", "scale");
@@ -112,6 +123,9 @@ void RegisterFields(FieldReader& visit, TemperatureColumn& temperature) {
 }
 
 struct DegreesUnit {};
+Json SchemaOf(DegreesUnit, const TemperatureUnit*) {
+  return WordSchema({"degC", "C", "\u00b0C", "K"});
+}
 bool ReadAs(DegreesUnit, YamlReader reader, TemperatureUnit* unit) {
   std::string name;
   if (!reader.Read(&name)) return false;
@@ -122,12 +136,12 @@ bool ReadAs(DegreesUnit, YamlReader reader, TemperatureUnit* unit) {
 }
 
 /// Reads `{ column, unit, scale, offset, wrap_bits, signed }`. The column is resolved later.
-bool TemperatureField(FieldReader& visit,
+bool TemperatureField(auto& visit,
                       std::string_view key,
                       std::optional<ColumnReference>* column,
                       std::optional<TemperatureColumn>* temperature) {
-  visit.Map(key, [&](FieldReader& in) {
-    *column = ReadColumn(in, "column");
+  visit.Map(key, [&](auto& in) {
+    *column = ColumnField(in, "column");
     in.Require("unit");
     in("unit", temperature->emplace().unit, DegreesUnit());
     RegisterFields(in, **temperature);
@@ -161,6 +175,18 @@ void ReadApplied(YamlReader applied,
   applied.RejectUnknown();
 }
 
+void SelectionFields(auto& visit, Manifest& manifest) {
+  PoseSelection& selection = *manifest.poses;
+  if (visit("every", selection.every, Range{.lowest = 1.0, .expected = "at least 1 row"})) {
+    selection.kind = PoseSelectionKind::kEveryN;
+  }
+  if (visit.Has("column")) {
+    selection.kind = PoseSelectionKind::kColumn;
+    manifest.pose_column = ColumnField(visit, "column");
+  }
+  if (visit("file", manifest.pose_file, kAnyText)) selection.kind = PoseSelectionKind::kRanges;
+}
+
 Status ReadPoses(YamlReader poses, Manifest* manifest) {
   if (!poses) return {};
   PoseSelection& selection = manifest->poses.emplace();
@@ -169,34 +195,43 @@ Status ReadPoses(YamlReader poses, Manifest* manifest) {
     if (text != "every_row") poses.Fail("`" + text + "` is unknown; did you mean every_row?");
     return {};
   }
-  std::string file;
-  bool has_file = false;
   FieldReader::ReadMap(poses, [&](FieldReader& visit) {
-    if (visit("every", selection.every, Range{.lowest = 1.0, .expected = "at least 1 row"})) {
-      selection.kind = PoseSelectionKind::kEveryN;
-    }
-    if (visit.Has("column")) {
-      selection.kind = PoseSelectionKind::kColumn;
-      manifest->pose_column = ReadColumn(visit, "column");
-    }
-    has_file = visit("file", file, kAnyText);
+    SelectionFields(visit, *manifest);
     visit.Expect(poses.IsMap() && poses.Keys().size() == 1,
                  "expected one of every_row, {every: N}, {column: name}, {file: poses.yaml}");
   });
-  if (!has_file) return {};
-  selection.kind = PoseSelectionKind::kRanges;
-  manifest->pose_file = Resolved(poses.file(), file);
+  if (selection.kind != PoseSelectionKind::kRanges) return {};
+  manifest->pose_file = Resolved(poses.file(), manifest->pose_file);
   TRUETRIAD_ASSIGN_OR_RETURN(selection.ranges, ReadPoseRanges(manifest->pose_file));
   return {};
 }
 
-void ReadIdentity(YamlReader* yaml, std::string* serial, Tags* tags) {
-  yaml->Child("serial").ReadName(serial);
-  if (YamlReader device = yaml->Child("device")) {
-    ReadDeviceTags(&device, tags);
-    device.RejectUnknown();
-  }
-  ReadRunTags(yaml->Child("run"), tags);
+void IdentityFields(auto& visit, std::string& serial, Tags& tags) {
+  visit("serial", serial, kName);
+  visit.Map("device", [&](auto& device) { DeviceTagFields(device, tags); });
+  visit.Map("run", [&](auto& run) { RunFields(run, tags); });
+}
+
+/// All keys but `applied` and `poses`; `path` is that of the manifest.
+void ManifestFields(auto& visit, const std::string& path, Manifest& manifest) {
+  for (const char* key : {"recording", "streams"}) visit.Require(key);
+  int version = kVersion;
+  visit("recording", version, FormatVersion());
+  IdentityFields(visit, manifest.serial, manifest.tags);
+  for (const char* for_people : {"source", "frame"}) visit.Has(for_people);
+  visit.Map("streams", [&](auto& streams) {
+    for (const Triad triad : kTriads) {
+      streams.Map(TriadName(triad), [&](auto& in) {
+        ManifestStream& stream = manifest.streams.emplace_back();
+        std::string& file_name = stream.layout.info.file;
+        in.Require("file");
+        if (in("file", file_name, kAnyText)) file_name = Resolved(path, file_name);
+        StreamFields(in, triad, stream);
+      });
+    }
+    streams.Expect(!manifest.streams.empty(),
+                   "expected at least one of accelerometer, gyroscope, magnetometer");
+  });
 }
 
 Result<Manifest> ReadManifest(const std::string& path, const PerTriad<bool>& left_out = {}) {
@@ -217,24 +252,7 @@ Result<Manifest> ReadManifest(const std::string& path, const PerTriad<bool>& lef
   manifest.sha256 = Sha256Hex(text);
   Status poses;
   FieldReader::ReadMap(yaml, [&](FieldReader& visit) {
-    for (const char* key : {"recording", "streams"}) visit.Require(key);
-    int version = kVersion;
-    visit("recording", version, FormatVersion());
-    ReadIdentity(&visit.map(), &manifest.serial, &manifest.tags);
-    for (const char* for_people : {"source", "frame"}) visit.Has(for_people);
-    visit.Map("streams", [&](FieldReader& streams) {
-      for (const Triad triad : kTriads) {
-        streams.Map(TriadName(triad), [&](FieldReader& in) {
-          ManifestStream& stream = manifest.streams.emplace_back();
-          std::string& file_name = stream.layout.info.file;
-          in.Require("file");
-          if (in("file", file_name, kAnyText)) file_name = Resolved(path, file_name);
-          StreamFields(in, triad, stream);
-        });
-      }
-      streams.Expect(!manifest.streams.empty(),
-                     "expected at least one of accelerometer, gyroscope, magnetometer");
-    });
+    ManifestFields(visit, path, manifest);
     std::erase_if(manifest.streams,
                   [&](const ManifestStream& stream) { return left_out[stream.layout.info.triad]; });
     ReadApplied(visit.Child("applied"), left_out, &manifest.streams);
@@ -319,14 +337,15 @@ Result<FileLayout*> FileOf(const ManifestStream& stream,
 
 }  // namespace
 
-void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
+template <typename Visit>
+void StreamFields(Visit& visit, Triad triad, ManifestStream& stream) {
   StreamInfo& info = stream.layout.info;
-  stream.stated = visit.map();
+  if constexpr (Visit::kReads) stream.stated = visit.map();
   info.triad = triad;
   visit.Require("unit");
-  visit.Map("time", [&](FieldReader& time) { TimeFields(time, stream); });
+  visit.Map("time", [&](auto& time) { TimeFields(time, stream); });
   for (std::size_t axis = 0; axis < kAxisLetters.size(); ++axis) {
-    stream.axes[axis] = ReadColumn(visit, kAxisLetters.substr(axis, 1));
+    stream.axes[axis] = ColumnField(visit, kAxisLetters.substr(axis, 1));
   }
   visit("unit", info.unit, ReadingsUnit{triad});
   info.has_temperature =
@@ -339,6 +358,24 @@ void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream) {
   visit("skip_lines", stream.csv.skip_lines, kNotNegative);
   visit("header", stream.csv.header, kHeaders);
   visit("ragged", stream.csv.ragged, kRagged);
+}
+template void StreamFields(FieldReader&, Triad, ManifestStream&);
+template void StreamFields(FieldSchema&, Triad, ManifestStream&);
+
+Json RecordingSchema() {
+  return FieldSchema::OfFile("A recording of truetriad", [](FieldSchema& visit) {
+    Manifest manifest;
+    ManifestFields(visit, "", manifest);
+    visit.Map("applied",
+              [](FieldSchema& in) {
+                for (const Triad triad : kTriads) AppliedSchema(TriadName(triad), in);
+              },
+              {.words = {{"none"}}});
+    manifest.poses.emplace();
+    visit.Map("poses",
+              [&](FieldSchema& poses) { SelectionFields(poses, manifest); },
+              {.words = {{"every_row"}}});
+  });
 }
 
 bool IsManifest(const std::string& path) {
@@ -366,7 +403,9 @@ RecordingInfo IdentityInManifest(const std::string& path) {
   const Result<std::string> text = ReadSmallFile(path);
   if (!text) return info;
   Result<YamlReader> yaml = YamlReader::FromText(*text, path);
-  if (yaml && yaml->IsMap()) ReadIdentity(&*yaml, &info.serial, &info.tags);
+  if (!yaml || !yaml->IsMap()) return info;
+  FieldReader visit(*yaml);
+  IdentityFields(visit, info.serial, info.tags);
   return info;
 }
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "io/csv_reader.h"
-#include "io/field_reader.h"
+#include "io/field_schema.h"
 #include "io/recording_layout.h"
 #include "truetriad/base/triad.h"
 
@@ -29,6 +29,7 @@ struct ManifestStream {
 };
 
 /// All keys of a stream except `file`.
-void StreamFields(FieldReader& visit, Triad triad, ManifestStream& stream);
+template <typename Visit>
+void StreamFields(Visit& visit, Triad triad, ManifestStream& stream);
 
 }  // namespace truetriad

@@ -1,22 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <string>
 
-#include "io/yaml_reader.h"
+#include "io/field_schema.h"
 #include "truetriad/model/tags.h"
 
 namespace truetriad {
 
-/// Reads the tags of `device:`; its other keys are left to the caller.
-void ReadDeviceTags(YamlReader* device, Tags* tags);
+/// The fields of `device:` that are tags.
+void DeviceTagFields(FieldReader& visit, Tags& tags);
+void DeviceTagFields(FieldSchema& visit, Tags& tags);
 
-/// Reads the tags of `run:`, if present.
-void ReadRunTags(YamlReader run, Tags* tags);
+constexpr std::size_t kLongestNote = 2000;  // Characters, a page; longer notes are refused.
 
-/// The tags as written inside a map on one line: ` part: "P1", ids: { gyroscope: 7 }`; empty if
-/// there are none.
+/// The fields of `run:`.
+void RunFields(auto& visit, Tags& tags) {
+  for (const TagKey& tag : kRunTags) {
+    Text text{.is_name = true, .is_left_out = true};
+    if (tag.value == &Tags::note) text.longest = kLongestNote;
+    visit(tag.key, tags.*tag.value, text);
+  }
+}
+
+/// The tags of `device:` as written inside a map on one line: ` part: "P1", ids: { gyroscope: 7 }`;
+/// empty if there are none.
 std::string DeviceTagsText(const Tags& tags);
-std::string RunTagsText(const Tags& tags);
 
 }  // namespace truetriad

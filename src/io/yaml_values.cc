@@ -145,7 +145,7 @@ bool ReadAs(BodyAxis, YamlReader reader, Eigen::Vector3d* axis) {
 }
 
 bool ReadAs(const Text& text, YamlReader reader, std::string* value) {
-  return text.is_name ? reader.ReadName(value) : reader.Read(value);
+  return text.is_name ? reader.ReadName(value, text.longest) : reader.Read(value);
 }
 std::string TextOf(const Text& text, const std::string& value) {
   return text.is_left_out && value.empty() ? "" : (YamlText() << Quoted{value}).str();

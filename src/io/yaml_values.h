@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -69,8 +70,9 @@ inline bool ReadAs(NumberList, YamlReader reader, std::vector<double>* value) {
 
 /// Free text, which is quoted when it is written.
 struct Text {
-  bool is_name = false;      ///< One line of limited length.
+  bool is_name = false;      ///< One line of at most `longest` characters.
   bool is_left_out = false;  ///< An empty text is not written.
+  std::size_t longest = YamlReader::kLongestName;
 };
 constexpr Text kName{.is_name = true};
 constexpr Text kAnyText{};
@@ -273,6 +275,22 @@ std::string TextOf(const ListOf<NamedValues<T, N>>& names, const Flags& flags) {
     if (FlagOf(flags, value)) text.append(text.empty() ? "" : ", ").append(name);
   }
   return "[" + text + "]";
+}
+
+/// A map with free names; its values are added to those of an earlier document.
+template <typename Kind>
+struct MapOf {
+  Kind kind;
+};
+template <typename Kind>
+MapOf(Kind) -> MapOf<Kind>;
+
+template <typename Kind, typename Value>
+bool ReadAs(const MapOf<Kind>& map, YamlReader reader, std::map<std::string, Value>* values) {
+  for (const std::string& key : reader.Keys()) {
+    ReadAs(map.kind, reader.Child(key), &(*values)[key]);
+  }
+  return bool(reader);
 }
 
 // Quantities whose keys name the unit, so that values of a data sheet can be copied.

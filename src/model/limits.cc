@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "model/limit_names.h"
 #include "truetriad/base/triad.h"
 #include "truetriad/model/quality.h"
 
@@ -90,6 +91,21 @@ std::string LimitName::Unit() const {
   const bool is_angle = triad == Triad::kGyroscope && quantity.shape == kScalar;
   const std::string true_unit(is_angle ? "rad" : TruthUnitName(*triad));
   return true_unit + unit.substr(kTrueUnit.size());
+}
+
+std::vector<std::string> LimitNames() {
+  std::vector<std::string> names = {"reference"};
+  for (const LimitQuantity& quantity : kReferenceLimits) names.emplace_back(quantity.name);
+  for (const Triad triad : kTriads) {
+    names.emplace_back(TriadName(triad));
+    for (const LimitQuantity& quantity : kSensorLimits) {
+      const std::string name = std::string(TriadName(triad)) + '.' + std::string(quantity.name);
+      names.push_back(name);
+      for (const std::string& part : ComponentsOf(quantity.shape))
+        names.push_back(name + '.' + part);
+    }
+  }
+  return names;
 }
 
 Result<LimitName> ParseLimitName(const std::string& name) {

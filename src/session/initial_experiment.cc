@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/companion.h"
 #include "io/yaml_text.h"
 #include "truetriad/io/recording.h"
 #include "truetriad/session/session.h"
@@ -25,6 +26,15 @@ std::string RelativeTo(const std::string& folder, const std::string& path) {
   return fs::absolute(path).lexically_normal().lexically_proximate(from).string();
 }
 
+/// The line from which editors know the schema of the file; empty if they cannot find it.
+std::string SchemaLine() {
+  const Result<std::string> found = FindSharedFile("schema/experiment.schema.json");
+  if (!found) return "";
+  const std::string path = std::filesystem::absolute(*found).lexically_normal().string();
+  const bool ends_early = path.find_first_of(" \t\r\n") != std::string::npos;
+  return ends_early ? "" : "# yaml-language-server: $schema=" + path + '\n';
+}
+
 Result<std::string> ExperimentFor(const LoadedPoses& loaded,
                                   const PerTriad<bool>& seen,
                                   const std::vector<std::string>& inputs,
@@ -42,12 +52,12 @@ Result<std::string> ExperimentFor(const LoadedPoses& loaded,
   for (std::size_t i = 0; i < inputs.size(); ++i) {
     list << (i > 0 ? ", " : "") << Quoted{RelativeTo(folder, inputs[i])};
   }
-  std::string text =
-      "# All keys and their defaults: docs/experiments.md\n"
-      "experiment: 1\n"
-      "input: " +
-      (inputs.size() == 1 ? list.str() : "[" + list.str() + "]") + "  # " +
-      std::to_string(poses.poses.size()) + " poses by " + poses.how + "\n";
+  std::string text = SchemaLine() +
+                     "# All keys and their defaults: docs/experiments.md\n"
+                     "experiment: 1\n"
+                     "input: " +
+                     (inputs.size() == 1 ? list.str() : "[" + list.str() + "]") + "  # " +
+                     std::to_string(poses.poses.size()) + " poses by " + poses.how + "\n";
   if (poses.serial.empty()) text += "# device: { serial: A0001 }\n";
   text +=
       "reference:\n"

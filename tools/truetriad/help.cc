@@ -4,19 +4,23 @@
 #include <map>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include <gflags/gflags.h>
 
 #include "base/companion.h"
+#include "config/schemas.h"
 #include "report/table.h"
 #include "tools/truetriad/command.h"
 #include "tools/truetriad/flags.h"
 #include "truetriad/base/result.h"
 
-DEFINE_string(as,
-              "text",
-              "FORM: text, or for all verbs: man (the manual page) or bash (completion)");
+DEFINE_string(
+    as,
+    "text",
+    "FORM: text, or for all verbs: man (the manual page) or bash (completion); or schema, of "
+    "the kind of YAML file that the word names");
 
 namespace truetriad {
 namespace {
@@ -263,12 +267,32 @@ std::string BashCompletion() {
   return script;
 }
 
+constexpr std::array<std::pair<std::string_view, Json (*)()>, 5> kSchemas = {{
+    {"experiment", ExperimentSchema},
+    {"limits", LimitsPresetSchema},
+    {"recording", RecordingSchema},
+    {"scenario", ScenarioSchema},
+    {"sensors", SensorPresetSchema},
+}};
+
+/// The JSON Schema of a kind of YAML file, as in share/truetriad/schema.
+Result<VerbResult> Schema(const std::vector<std::string>& words) {
+  std::vector<std::string> kinds;
+  for (const auto& [kind, schema] : kSchemas) {
+    if (words.size() == 1 && words[0] == kind) return Shown(TextOf(schema()));
+    kinds.emplace_back(kind);
+  }
+  return Error(ErrorCode::kMissingArgument, "--as=schema: expected one of " + Joined(kinds));
+}
+
 Result<VerbResult> RunHelp(const std::vector<std::string>& words) {
+  if (FLAGS_as == "schema") return Schema(words);
   if (FLAGS_as != "text") {
     if (!words.empty())
       return Error(ErrorCode::kConflictingArguments,
                    "--as=" + FLAGS_as + " covers all verbs; leave out the verb");
-    TRUETRIAD_RETURN_IF_ERROR(CheckOneOf("as", FLAGS_as, {"text", "man", "bash"}, " is unknown"));
+    TRUETRIAD_RETURN_IF_ERROR(
+        CheckOneOf("as", FLAGS_as, {"text", "man", "bash", "schema"}, " is unknown"));
     return Shown(FLAGS_as == "man" ? ManPage() : BashCompletion());
   }
   if (words.empty()) return Shown(OverviewText());
@@ -314,7 +338,7 @@ Command HelpCommand() {
           .summary = "How do I use a verb?",
           .examples = R"(build/truetriad help calibrate)",
           .flags = "as",
-          .values = {{"as", {"text", "man", "bash"}}},
+          .values = {{"as", {"text", "man", "bash", "schema"}}},
           .more_words = "verb",
           .run = RunHelp};
 }
