@@ -93,4 +93,14 @@ std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
                                              const PerTriad<StreamMonitor*>& monitors,
                                              Triad leading);
 
+// A joint is where a recording was put together from pieces: the gyroscope does not show the change
+// of attitude there, so no turn is integrated across it.
+
+// Sets the fault of moves across a joint, and adds findings. Joints are those in set->joints, and
+// those that the readings show.
+void BreakMovesAtJoints(PoseSet* set);
+
+// Adds to set->joints the joints in the readings of a unit that never rests, with findings.
+void FindJointsInMotion(PoseSet* set);
+
 }  // namespace truetriad

@@ -158,7 +158,6 @@ Status DetectedPoses::Start() {
   width_ns = std::min(width_ns, kLongestNs);
   buffer_.emplace(origin_ns, static_cast<std::int64_t>(width_ns), streams);
   detector_.emplace(options_, triads, witnesses, width_ns * 1e-9);
-  stuck_.emplace(origin_ns);
   for (const auto& [triad, samples] : held_) {
     TRUETRIAD_RETURN_IF_ERROR(AddToBuffer(samples.View(triad, 0, samples.size())));
   }
@@ -175,9 +174,7 @@ Status DetectedPoses::AddToBuffer(const SampleBlock& block) {
 
 void DetectedPoses::FindRests(bool at_end) {
   const std::size_t count = at_end ? buffer_->size() : buffer_->CompleteCount();
-  std::vector<bool> usable(count, true);
-  stuck_->Mark(*buffer_, count, &usable);
-  const std::vector<Rest> rests = detector_->Find(*buffer_, count, usable);
+  const std::vector<Rest> rests = detector_->Find(*buffer_, count);
 
   const std::size_t tail = at_end ? count : count - kTailWindows;
   std::size_t keep_from = tail;  // Windows before this one are no longer needed.
@@ -231,10 +228,9 @@ void DetectedPoses::ClosePose() {
   open_ = PoseAccumulator();
 }
 
-Result<std::vector<CollectedPose>> DetectedPoses::Finish(Findings* findings) {
+Result<std::vector<CollectedPose>> DetectedPoses::Finish(Findings* /*findings*/) {
   if (!buffer_) TRUETRIAD_RETURN_IF_ERROR(Start());
   FindRests(/*at_end=*/true);
-  stuck_->Tell(findings);
   return std::move(poses_);
 }
 

@@ -63,7 +63,6 @@ class DetectedPoses : public RestFinder {
   std::size_t held_samples_ = 0;
   std::optional<WindowBuffer> buffer_;
   std::optional<StaticDetector> detector_;
-  std::optional<StuckFinder> stuck_;
   std::size_t consumed_ = 0;  // Windows at the front of the buffer that open_ holds already.
   PoseAccumulator open_;
   std::vector<CollectedPose> poses_;

@@ -108,12 +108,12 @@ bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
   if (!source_->info().has_time) return false;
   for (const SampleBlock& block : blocks) {
     Stream& stream = streams_[block.triad];
-    if (stream.judgement != Judgement::kOpen) continue;
+    if (stream.clock.judgement != Judgement::kOpen) continue;
     // Stamps that were interpolated within a FIFO window look even in any case.
     if (WindowOf(block.triad) > 1 || !stream.watch.AreEven(block.time_ns)) {
-      stream.looks_even = false;
+      stream.clock.looks_even = false;
     }
-    holds_ = holds_ || !stream.looks_even || how_ == TimeStamps::kRegular;
+    holds_ = holds_ || !stream.clock.looks_even || how_ == TimeStamps::kRegular;
   }
   return holds_;
 }
@@ -137,57 +137,67 @@ StampShare EvenSource::ShareOf(std::span<const std::int64_t> stamps_ns, double p
   return weights > 0.0 ? StampShare{sum / weights, 1.0 / std::sqrt(weights)} : StampShare{};
 }
 
-void EvenSource::SettleStream(Triad triad) {
+// Judges the stamps of a stream from its held samples; false if they need no judgement.
+bool EvenSource::Judge(Triad triad) {
   Stream* const stream = &streams_[triad];
-  const bool is_open = stream->judgement == Judgement::kOpen;
-  const bool may_be_even = is_open ? !stream->looks_even || how_ == TimeStamps::kRegular
-                                   : stream->judgement == Judgement::kEven;
-  stream->even_ns.clear();
-  if (!may_be_even) return;
+  Clock* const clock = &stream->clock;
+  const bool is_open = clock->judgement == Judgement::kOpen;
+  const bool may_be_even = is_open ? !clock->looks_even || how_ == TimeStamps::kRegular
+                                   : clock->judgement == Judgement::kEven;
+  clock->even_ns.clear();
   const HeldSamples& held = stream->held;
   // StreamMonitor reports times that go back.
-  if (!std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return;
+  if (!may_be_even || !std::is_sorted(held.time_ns.begin(), held.time_ns.end())) return false;
   const Stamps stamps{held.time_ns, held.row, WindowOf(triad)};
   EvenTimes even = FitEvenTimes(stamps);
-  if (even.time_ns.empty()) return;
+  if (even.time_ns.empty()) return false;
   const StampShare share = ShareOf(held.time_ns, even.period_ns);
   if (even.kind == StampKind::kRegular && even.are_many_lost && share.ReadingsAreEven() &&
       Acts(Mechanism::kNoRowLost)) {
     even = FitEvenTimes(stamps, /*none_lost=*/true);
   }
   if (is_open) {
-    stream->kind = even.kind;
-    stream->are_true = share.StampsAreTrue();
+    clock->kind = even.kind;
+    clock->are_true = share.StampsAreTrue();
     const bool is_even =
         how_ == TimeStamps::kRegular ||
         (how_ == TimeStamps::kAuto && even.AreEvident() &&
-         !(stream->are_true && Acts(Mechanism::kTrueStamps)) && Acts(Mechanism::kEvenTimes));
-    stream->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
+         !(clock->are_true && Acts(Mechanism::kTrueStamps)) && Acts(Mechanism::kEvenTimes));
+    clock->judgement = is_even ? Judgement::kEven : Judgement::kAsStamped;
   }
   for (std::size_t i = stream->handed; i < held.size(); ++i) {
     if (!stamps.IsStamped(i)) continue;
     const auto off = static_cast<double>(held.time_ns[i] - even.time_ns[i]);
-    stream->squares_ns2 += off * off;
-    ++stream->judged;
+    clock->squares_ns2 += off * off;
+    ++clock->judged;
   }
   // A batch with irregular stamps keeps its stamps, unless even times are asked for.
   const bool can_be_even = how_ == TimeStamps::kRegular || even.kind != StampKind::kIrregular;
-  if (stream->judgement != Judgement::kEven) return;
-  stream->even_ns = can_be_even ? std::move(even.time_ns) : held.time_ns;
+  if (clock->judgement != Judgement::kEven) return true;
+  clock->even_ns = can_be_even ? std::move(even.time_ns) : held.time_ns;
   std::int64_t last_ns = stream->last_ns;
   for (std::size_t i = stream->handed; i < held.size(); ++i) {
-    stream->even_ns[i] = last_ns = std::max(last_ns, stream->even_ns[i]);
+    clock->even_ns[i] = last_ns = std::max(last_ns, clock->even_ns[i]);
   }
+  return true;
 }
 
 void EvenSource::Settle(bool at_end) {
   std::int64_t until_ns = std::numeric_limits<std::int64_t>::max();
   holds_ = false;
+  std::vector<const Stream*> judged;
   for (const Triad triad : kTriads) {
-    const Stream& stream = streams_[triad];
+    Stream& stream = streams_[triad];
     if (stream.held.size() == 0) continue;
-    SettleStream(triad);
-    if (stream.judgement != Judgement::kEven) continue;
+    const auto same = std::find_if(judged.begin(), judged.end(), [&](const Stream* other) {
+      return stream.SharesStampsWith(*other);
+    });
+    if (same != judged.end()) {
+      stream.clock = (*same)->clock;
+    } else if (Judge(triad)) {
+      judged.push_back(&stream);
+    }
+    if (stream.clock.judgement != Judgement::kEven) continue;
     holds_ = true;
     if (at_end || stream.waiting() == 0) continue;
     const std::size_t kept = std::min(kOverlap, stream.waiting() / 2);
@@ -233,15 +243,16 @@ bool EvenSource::HandOver(std::vector<SampleBlock>* blocks) {
 
 void EvenSource::Describe(StreamSummary* summary, Findings* findings) const {
   const Stream& stream = streams_[summary->triad];
-  summary->stamps = stream.kind;
-  summary->jitter_s = stream.judged > 0.0 ? 1e-9 * std::sqrt(stream.squares_ns2 / stream.judged)
-                                          : stream.watch.jitter_s();
-  summary->are_stamps_even = stream.judgement == Judgement::kEven;
-  if (stream.kind == StampKind::kRegular && !summary->are_stamps_even) return;
-  if (!summary->are_stamps_even && stream.are_true) return;
+  const Clock& clock = stream.clock;
+  summary->stamps = clock.kind;
+  summary->jitter_s = clock.judged > 0.0 ? 1e-9 * std::sqrt(clock.squares_ns2 / clock.judged)
+                                         : stream.watch.jitter_s();
+  summary->are_stamps_even = clock.judgement == Judgement::kEven;
+  if (clock.kind == StampKind::kRegular && !summary->are_stamps_even) return;
+  if (!summary->are_stamps_even && clock.are_true) return;
   const std::string what =
       std::string(TriadName(summary->triad)) + ": time stamps are " +
-      std::string(StampKindName(stream.kind)) + " (" + RoundedText(1e3 * summary->jitter_s, 3) +
+      std::string(StampKindName(clock.kind)) + " (" + RoundedText(1e3 * summary->jitter_s, 3) +
       " ms RMS from even spacing at " + RoundedText(summary->rate_hz, 5) + " Hz)";
   Finding finding = summary->are_stamps_even
                         ? Finding(FindingCode::kEvenTimes,

@@ -59,24 +59,31 @@ class EvenSource {
 
  private:
   enum class Judgement { kOpen, kAsStamped, kEven };
-  struct Stream {
-    StampWatch watch;
+  /// What the stamps of a stream show; sensors that share stamps share it.
+  struct Clock {
     bool looks_even = true;
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
     bool are_true = false;                   // The readings show that the stamps are true.
     double squares_ns2 = 0.0, judged = 0.0;  // Sum of (stamp − even time)², and number.
-
+    std::vector<std::int64_t> even_ns;       // Times of held samples; empty: their stamps.
+  };
+  struct Stream {
+    StampWatch watch;
+    Clock clock;
     HeldSamples held;
-    std::size_t handed = 0;             // Number of held samples handed over already.
-    std::size_t ready = 0;              // Number of held samples that may be handed over.
-    std::vector<std::int64_t> even_ns;  // Times of held samples; empty: their stamps.
+    std::size_t handed = 0;  // Number of held samples handed over already.
+    std::size_t ready = 0;   // Number of held samples that may be handed over.
     // Time of the last sample handed over.
     std::int64_t last_ns = std::numeric_limits<std::int64_t>::min();
 
     std::size_t waiting() const { return held.size() - handed; }
     std::span<const std::int64_t> times_ns() const {
-      return even_ns.empty() ? held.time_ns : even_ns;
+      return clock.even_ns.empty() ? held.time_ns : clock.even_ns;
+    }
+    bool SharesStampsWith(const Stream& other) const {
+      return handed == other.handed && held.time_ns == other.held.time_ns &&
+             held.row == other.held.row && clock.looks_even == other.clock.looks_even;
     }
   };
 
@@ -85,7 +92,7 @@ class EvenSource {
   bool MustHold(const std::vector<SampleBlock>& blocks);
   void Settle(bool at_end);
   StampShare ShareOf(std::span<const std::int64_t> stamps_ns, double period_ns) const;
-  void SettleStream(Triad triad);
+  bool Judge(Triad triad);
   bool HandOver(std::vector<SampleBlock>* blocks);
 
   SampleSource* source_;

@@ -230,12 +230,8 @@ bool RowScreen::IsCoarseRest(std::size_t begin, std::size_t end) const {
 }
 
 bool RowScreen::LeaveOut(const Eigen::Vector3d& reading, std::int64_t row) {
-  constexpr std::array<Mechanism, kKinds> kActs = {
-      Mechanism::kZeroRows, Mechanism::kErrorWords, Mechanism::kAbsurdRows};
-  const Kind kind = reading.cwiseAbs().maxCoeff() >= kNoSensorReads ? kAbsurd
-                    : reading.isZero(0.0)                           ? kZero
-                                                                    : kWord;
-  if (!Acts(kActs[kind])) return false;
+  const Kind kind = reading.isZero(0.0) ? kZero : kWord;
+  if (!Acts(kind == kZero ? Mechanism::kZeroRows : Mechanism::kErrorWords)) return false;
   if (first_row_ < 0) {
     first_row_ = row;
     example_ = reading;
@@ -284,8 +280,7 @@ SampleBlock RowScreen::Judge(bool at_end) {
 std::optional<Finding> RowScreen::Left() const {
   std::int64_t total = 0;
   std::string kinds;
-  const std::array<std::string, kKinds> words = {
-      "read 0, 0, 0", "hold an error code", "are implausibly large"};
+  const std::array<std::string, kKinds> words = {"read 0, 0, 0", "hold an error code"};
   for (std::size_t kind = 0; kind < kKinds; ++kind) {
     if (left_[kind] == 0) continue;
     total += left_[kind];

@@ -43,7 +43,7 @@ class RowScreen {
 
  private:
   /// Why a row is no reading.
-  enum Kind : std::size_t { kZero, kWord, kAbsurd, kKinds };
+  enum Kind : std::size_t { kZero, kWord, kKinds };
   void WatchSteps(const SampleBlock& block);
   bool MayHaveSuspects(const SampleBlock& block) const;
   bool IsSuspect(const Eigen::Vector3d& reading, const Eigen::Vector3d& before) const;

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "data/collector.h"
-#include "data/joints.h"
 #include "data/repeats.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"

@@ -25,22 +25,6 @@ constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
 
-// Whether a reading is repeated on all three axes at once; one axis alone repeats by chance if its
-// steps are as coarse as its noise. A quiet sensor repeats its reading at rest before the move
-// begins and after it ends, so a run within `rest_radius` of the first reading counts only if it
-// lasts for half of the move.
-bool IsStuck(const std::vector<Eigen::Vector3d>& readings,
-             const StreamSummary& gyroscope,
-             double rest_radius) {
-  const std::vector<EqualReadings> runs =
-      StuckRuns(readings, gyroscope.resolution_raw, gyroscope.repeats);
-  return std::any_of(runs.begin(), runs.end(), [&](const EqualReadings& run) {
-    const Eigen::Vector3d since = readings[run.begin] - readings.front();
-    const bool is_at_rest = since.cwiseAbs().maxCoeff() < rest_radius;
-    return !is_at_rest || run.end - run.begin >= readings.size() / 2;
-  });
-}
-
 // Why the readings do not determine the turn; unset if they do. `all`: the readings of all moves.
 std::optional<Finding> Fault(const RecordedMove& move,
                              const StreamSummary& gyroscope,
@@ -79,9 +63,6 @@ std::optional<Finding> Fault(const RecordedMove& move,
           .About(Triad::kGyroscope, axis)
           .With("limit", limit, gyroscope.unit.name);
     }
-  }
-  if (IsStuck(move.gyroscope_raw, gyroscope, rest_radius) && Acts(Mechanism::kTurnStuck)) {
-    return Finding(FindingCode::kTurnStuck, "the gyroscope is stuck: it repeats one reading");
   }
   return std::nullopt;
 }

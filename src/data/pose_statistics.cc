@@ -302,6 +302,7 @@ void TriadPoseAccumulator::Add(const TriadWindow& window) {
   for (int axis = 0; axis < 3; ++axis) {
     const bool first = total_.count == 0;
     const double low = window.minimum_raw[axis], high = window.maximum_raw[axis];
+    moments_.constant[axis] += low == high ? 1.0 : 0.0;
     if (first || low < total_.minimum_raw[axis]) moments_.at_minimum[axis] = 0.0;
     if (first || high > total_.maximum_raw[axis]) moments_.at_maximum[axis] = 0.0;
     if (first || low <= total_.minimum_raw[axis]) moments_.at_minimum[axis] += 1.0;

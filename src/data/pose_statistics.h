@@ -53,6 +53,8 @@ struct TriadPoseMoments {
   Eigen::Array3d off_middle = Eigen::Array3d::Zero();
   Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
+  /// Number of windows in which all readings of an axis are the same.
+  Eigen::Array3d constant = Eigen::Array3d::Zero();
   /// Number of windows that contain the pose's extreme reading, per axis.
   Eigen::Array3d at_minimum = Eigen::Array3d::Zero();
   Eigen::Array3d at_maximum = Eigen::Array3d::Zero();

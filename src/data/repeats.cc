@@ -50,24 +50,6 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
   return runs;
 }
 
-std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
-                                     const Eigen::Vector3d& step_raw,
-                                     double repeats) {
-  const auto fewest = static_cast<std::size_t>(std::ceil(kStuckReadings * repeats));
-  std::vector<EqualReadings> runs = RunsOfEquals(readings, std::nullopt, fewest);
-  const auto is_far = [&](std::size_t i, std::size_t from) {
-    if (i >= readings.size()) return false;
-    const Eigen::Array3d change = (readings[i] - readings[from]).cwiseAbs();
-    return (change > kFarSteps * step_raw.array()).any();
-  };
-  std::erase_if(runs, [&](const EqualReadings& run) {
-    const bool is_all = run.end - run.begin == readings.size();
-    // No reading is before the first one: index 0 - 1 is beyond the last.
-    return !is_all && !is_far(run.begin - 1, run.begin) && !is_far(run.end, run.begin);
-  });
-  return runs;
-}
-
 void Append(const SampleBlock& block, ReadingTrack* track) {
   track->time_ns.insert(track->time_ns.end(), block.time_ns.begin(), block.time_ns.end());
   for (std::size_t i = 0; i < block.x.size(); ++i) {

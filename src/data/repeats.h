@@ -16,8 +16,6 @@ inline constexpr double kGapSpacings = 5.0;
 // Chosen: gaps of up to 50 ms are bridged; within 50 ms the rate of a turn by hand is nearly
 // linear.
 inline constexpr double kBridgedS = 0.05;
-// Chosen: eight equal readings in a row are not due to noise while the unit turns.
-inline constexpr std::size_t kStuckReadings = 8;
 // Chosen: three equal readings in a row at the end of the range are saturation.
 inline constexpr std::size_t kSaturatedReadings = 3;
 // If neighbouring readings differ by over 1.5 steps, half-way from one to two, this is a jump.
@@ -36,12 +34,6 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
                                        Eigen::Index axis,
                                        const std::vector<Eigen::Vector3d>& readings,
                                        double repeats);
-
-/// The runs of at least kStuckReadings times `repeats` (StreamSummary) equal readings that no
-/// working sensor makes. A coarse sensor has runs, too, but they begin and end with one `step_raw`.
-std::vector<EqualReadings> StuckRuns(const std::vector<Eigen::Vector3d>& readings,
-                                     const Eigen::Vector3d& step_raw,
-                                     double repeats);
 
 // A logger that is faster than a sensor repeats each reading until there is a new one. Such repeats
 // are no evidence of the sensor's noise, nor readings at the times of their stamps.

@@ -130,12 +130,10 @@ StaticDetector::StaticDetector(const StaticDetectorOptions& options,
   for (const DetectorTriad& known : all_) range_raw_[known.triad] = known.expected_range_raw;
 }
 
-std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer,
-                                       std::size_t count,
-                                       const std::vector<bool>& usable) {
+std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer, std::size_t count) {
   if (count < kSpan) return {};
   UpdateRange(buffer, count);
-  MeasureActivity(buffer, count, usable);
+  MeasureActivity(buffer, count);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
   // If turns are used, shorter rests are cut, too: motion inside the ends of a rest is missing from
@@ -172,13 +170,11 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
   }
 }
 
-void StaticDetector::MeasureActivity(const WindowBuffer& buffer,
-                                     std::size_t count,
-                                     const std::vector<bool>& usable) {
+void StaticDetector::MeasureActivity(const WindowBuffer& buffer, std::size_t count) {
   activity_.assign(count, kNever);
   std::size_t whole = 0;  // Consecutive windows with all triads up to here.
   for (std::size_t last = 0; last < count; ++last) {
-    bool good = usable[last];
+    bool good = true;
     for (const DetectorTriad& known : triads_) {
       good = good && buffer.windows(known.triad)[last].count > 0;
     }

@@ -56,12 +56,9 @@ class StaticDetector {
                  const std::vector<DetectorTriad>& witnesses,
                  double window_s);
 
-  /// The rests among windows [0, count) of the buffer; no rest contains a window whose `usable` is
-  /// false. The range of the signal is kept from earlier calls, so that a long recording can be
-  /// read in parts.
-  std::vector<Rest> Find(const WindowBuffer& buffer,
-                         std::size_t count,
-                         const std::vector<bool>& usable);
+  /// The rests among windows [0, count) of the buffer. The range of the signal is kept from earlier
+  /// calls, so that a long recording can be read in parts.
+  std::vector<Rest> Find(const WindowBuffer& buffer, std::size_t count);
 
   /// True if `earlier` and `later`, both in `buffer`, are one rest interrupted by a knock: a short
   /// disturbance with the same attitude before and after it, including the heading if a sensor
@@ -70,9 +67,7 @@ class StaticDetector {
 
  private:
   void UpdateRange(const WindowBuffer& buffer, std::size_t count);
-  void MeasureActivity(const WindowBuffer& buffer,
-                       std::size_t count,
-                       const std::vector<bool>& usable);
+  void MeasureActivity(const WindowBuffer& buffer, std::size_t count);
   void WidenRangeIfQuietThroughout(const WindowBuffer& buffer);
   double ChooseLevel(const WindowBuffer& buffer) const;
   std::vector<Rest> RestsBelow(const WindowBuffer& buffer, double level) const;
@@ -94,7 +89,7 @@ class StaticDetector {
   std::vector<DetectorTriad> all_;  // Both triads_ and the witnesses.
   double window_s_;
   PerTriad<double> range_raw_;   // Range of the means of windows as the unit turns.
-  std::vector<float> activity_;  // Infinity: not usable.
+  std::vector<float> activity_;  // Infinity: a triad has no readings near the window.
 };
 
 }  // namespace truetriad

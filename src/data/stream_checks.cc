@@ -24,15 +24,8 @@ namespace {
 constexpr std::size_t kSpacingSamples = 1024;
 // Chosen: fewer equal readings in a row (or in all) can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
-// Chosen: two constant windows in a row can be chance if steps are coarse.
-constexpr std::size_t kFewestStuckWindows = 3;
-// If σ is half a step, up to 68 % of readings are rounded alike, and twenty once in 1400.
-constexpr double kNoiseSteps = 0.5;
 // If σ is one step, up to 38 % of readings are rounded alike, and twenty once in 10^8.
 constexpr double kStuckNoiseSteps = 1.0;
-// Chosen: five windows with noise determine the noise.
-constexpr std::size_t kFewestNoisyWindows = 5;
-
 std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return Format("%.2f s", 1e-9 * static_cast<double>(to_ns - from_ns));
 }
@@ -74,11 +67,10 @@ Status StreamMonitor::Add(const SampleBlock& block) {
       const std::span<const double> values = axes[static_cast<std::size_t>(axis)];
       const double largest = std::max(std::abs(low), std::abs(high));
       resolution_raw_[axis] = SmallestStep(values, values.front(), largest, resolution_raw_[axis]);
-      if (info_.triad == Triad::kGyroscope) WatchRepeats(values, axis);
     }
   }
   if (!finite) return CheckFinite(block);
-  if (samples_ < kStepReadings) WatchRuns(block);
+  if (samples_ < kStepReadings) WatchEquals(block);
   for (std::size_t i = 0; i < size; ++i) {
     lengths_.Add({block.x[i], block.y[i], block.z[i]});
   }
@@ -152,28 +144,24 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
-// Finds the reading with a majority of all repeats, if there is one (Boyer and Moore 1981).
-void StreamMonitor::WatchRepeats(std::span<const double> values, int axis) {
-  Repeated& most = repeated_[static_cast<std::size_t>(axis)];
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const double change = std::abs(values[i] - values[i - 1]);
-    if (change == 0.0) {
-      if (most.votes == 0) most = {.value = values[i]};
-      most.votes += values[i] == most.value ? 1 : -1;
-    } else if (values[i - 1] == most.value) {
-      ++most.left;
-      most.least_change = std::min(most.least_change, change);
-    }
-  }
-}
-
-// Counts runs of equal readings that begin and end with a jump; a coarse sensor at rest has runs
-// too, but leaves them by one step.
-void StreamMonitor::WatchRuns(const SampleBlock& block) {
+// Finds each axis's reading with a majority of all repeats, if there is one (Boyer and Moore 1981),
+// and counts runs of equal readings that begin and end with a jump; a coarse sensor at rest has
+// runs too, but leaves them by one step.
+void StreamMonitor::WatchEquals(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
-    const Eigen::Array3d change =
-        (reading - std::exchange(runs_.last, reading).value_or(reading)).cwiseAbs();
+    const Eigen::Vector3d before = std::exchange(runs_.last, reading).value_or(reading);
+    const Eigen::Array3d change = (reading - before).cwiseAbs();
+    for (int axis = 0; axis < 3 && info_.triad == Triad::kGyroscope; ++axis) {
+      Repeated& most = repeated_[static_cast<std::size_t>(axis)];
+      if (change[axis] == 0.0) {
+        if (most.votes == 0) most = {.value = reading[axis]};
+        most.votes += reading[axis] == most.value ? 1 : -1;
+      } else if (before[axis] == most.value) {
+        ++most.left;
+        most.least_change = std::min(most.least_change, change[axis]);
+      }
+    }
     if (change.maxCoeff() == 0.0) {
       ++runs_.length;
       continue;
@@ -298,166 +286,61 @@ Findings StreamMonitor::Check(const StreamSummary& summary) const {
 
 namespace {
 
-// True when the sensor's noise at rest rarely gives the same reading twice.
-bool RepeatsAreImpossible(const std::vector<TriadWindow>& windows, std::size_t count) {
-  struct Quiet {
-    double variance = 0.0, repeat_share = 0.0;
-  };
-  std::vector<Quiet> noisy;
-  std::size_t coarse = 0;  // Windows in which some axes are constant, but not all.
-  Eigen::Vector3d low = Eigen::Vector3d::Constant(1e300), high = -low;
-  for (std::size_t i = 0; i < count; ++i) {
-    const TriadWindow& window = windows[i];
-    if (window.count == 0) continue;
-    low = low.cwiseMin(window.mean_raw), high = high.cwiseMax(window.mean_raw);
-    const auto flat = window.scatter_raw.diagonal().array() == 0.0;
-    coarse += window.count > 2 && flat.any() && !flat.all() ? 1 : 0;
-    if (window.count < 3 || i == 0 || windows[i - 1].count == 0) continue;
-    const auto steps = static_cast<double>(window.count - 1);
-    const double variance = window.scatter_raw.trace() / steps;
-    // Noise scatters the readings in a window more than the means of windows. A smooth motion moves
-    // the means more, by a factor of 12 for a straight line. Noise-free recordings have only
-    // motion.
-    if (!((window.mean_raw - windows[i - 1].mean_raw).squaredNorm() < variance)) continue;
-    noisy.push_back({variance, static_cast<double>(window.repeats) / steps});
-  }
-  if (coarse >= kFewestNoisyWindows) return false;
-  // The quietest quarter of windows is at rest, unless all are in motion.
-  const std::size_t quarter = noisy.size() / 4;
-  if (quarter < kFewestNoisyWindows) return false;
-  const auto middle = noisy.begin() + static_cast<std::ptrdiff_t>(quarter);
-  std::nth_element(noisy.begin(), middle, noisy.end(), [](const Quiet& a, const Quiet& b) {
-    return a.variance < b.variance;
-  });
-  if (std::sqrt(middle->variance) > 0.02 * (high - low).maxCoeff()) return false;
-  double repeat_share = 0.0;
-  for (auto it = noisy.begin(); it != middle; ++it) repeat_share += it->repeat_share;
-  return repeat_share < 0.5 * static_cast<double>(quarter);
-}
-
-}  // namespace
-
-void StuckFinder::Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable) {
-  for (const Triad triad : buffer.streams()) {
-    const auto& windows = buffer.windows(triad);
-    // Candidates first: most recordings have none.
-    std::vector<std::pair<std::size_t, std::size_t>> candidates;
-    for (std::size_t i = 0; i < count; ++i) {
-      if (!windows[i].IsConstant()) continue;
-      std::size_t end = i;
-      std::int64_t samples = 0;
-      while (end < count && windows[end].IsConstant() &&
-             windows[end].minimum_raw == windows[i].minimum_raw) {
-        samples += windows[end++].count;
-      }
-      if (samples >= kFewestStuckSamples && end - i >= kFewestStuckWindows) {
-        candidates.emplace_back(i, end);
-      }
-      i = end - 1;
-    }
-    if (candidates.empty()) continue;
-
-    if (!RepeatsAreImpossible(windows, count) || !Acts(Mechanism::kStuckWindows)) continue;
-    for (const auto& [begin, end] : candidates) {
-      for (std::size_t i = begin; i < end; ++i) (*usable)[i] = false;
-      const Stretch stretch{triad, windows[begin].first_ns, windows[end - 1].last_ns};
-      // Windows that stay in the buffer are searched again.
-      const bool known =
-          std::any_of(stretches_.begin(), stretches_.end(), [&](const Stretch& other) {
-            return other.triad == triad && stretch.first_ns <= other.last_ns;
-          });
-      if (known) continue;
-      ++stretch_count_;
-      if (stretches_.size() < kMostPlacesNamed) stretches_.push_back(stretch);
-    }
-  }
-}
-
-void StuckFinder::Tell(Findings* findings) const {
-  for (const Stretch& stretch : stretches_) {
-    findings->push_back(
-        Finding(FindingCode::kStuckReadings,
-                Name(stretch.triad) + ": stuck at one reading from " +
-                    Seconds(origin_ns_, stretch.first_ns) + " to " +
-                    Seconds(origin_ns_, stretch.last_ns) + "; skipped")
-            .About(stretch.triad)
-            .With("from", 1e-9 * static_cast<double>(stretch.first_ns - origin_ns_), "s")
-            .With("to", 1e-9 * static_cast<double>(stretch.last_ns - origin_ns_), "s"));
-  }
-  const auto more = stretch_count_ - static_cast<std::int64_t>(stretches_.size());
-  if (more > 0) {
-    findings->push_back(
-        Finding(FindingCode::kStuckReadings,
-                "sensors are stuck in " + Counted(more, "more interval") + "; skipped")
-            .With("stretches", static_cast<double>(more)));
-  }
-}
-
-namespace {
-
 bool IsFlat(const TriadPoseMoments& pose, int axis) {
   return pose.minimum_raw[axis] == pose.maximum_raw[axis];
 }
 
 // Median noise of the poses in which the axis changes; 0 if there are none. Noise pooled over all
-// poses would be too low, since clipped poses have none.
+// poses would be too low, since clipped poses have none. If the axis is constant in most windows of
+// a pose, it has no noise there, and what moves the others is motion.
 double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
   std::vector<double> variances;
   for (const PerTriad<TriadPoseMoments>& pose : moments) {
     const TriadPoseMoments& reading = pose[triad];
     if (reading.window_dof > 0.0 && !IsFlat(reading, axis)) {
-      variances.push_back(reading.window_scatter_raw(axis, axis) / reading.window_dof);
+      const bool is_noise = 2.0 * reading.constant[axis] < static_cast<double>(reading.windows);
+      variances.push_back(is_noise ? reading.window_scatter_raw(axis, axis) / reading.window_dof
+                                   : 0.0);
     }
   }
   return variances.empty() ? 0.0 : std::sqrt(Median(std::move(variances)));
 }
 
-// Poses in which an axis with noise is at one limit of its stream's range.
-FlatPoses FindClippedPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
-                           const StreamSummary& stream,
-                           int axis,
-                           double noise_steps,
-                           bool at_top) {
-  const double limit = at_top ? stream.maximum_raw[axis] : stream.minimum_raw[axis];
-  FlatPoses reached;
+// The poses in which an axis with noise is at the lower or at the upper limit of its stream's
+// range, or constant between the two.
+std::array<FlatPoses, 3> FlatPosesOf(const std::vector<PerTriad<TriadPoseMoments>>& moments,
+                                     const StreamSummary& stream,
+                                     int axis,
+                                     double noise_steps) {
+  const std::string name = Name(stream.triad) + " " + AxisLetter(axis) + " axis ";
+  std::array<FlatPoses, 3> found;
+  const auto add = [&](std::size_t kind, std::size_t pose, const std::string& how, double reading) {
+    if (found[kind].poses.empty()) {
+      found[kind].triad = stream.triad;
+      found[kind].words = name + how + Number(reading) + " " + stream.unit.name;
+      found[kind].is_clipped = kind < 2;
+    }
+    found[kind].poses.push_back(pose);
+  };
+  const std::array<double, 2> limits = {stream.minimum_raw[axis], stream.maximum_raw[axis]};
   for (std::size_t i = 0; i < moments.size(); ++i) {
     const TriadPoseMoments& pose = moments[i][stream.triad];
-    const double extreme = at_top ? pose.maximum_raw[axis] : pose.minimum_raw[axis];
-    if (pose.count < kFewestStuckSamples || extreme != limit) continue;
-    const double windows_at_limit = at_top ? pose.at_maximum[axis] : pose.at_minimum[axis];
-    // With noise of two steps the largest of ten readings is rarely the largest of all.
-    const bool heaped = noise_steps > 2.0 && pose.windows >= 5 &&
-                        windows_at_limit > 0.5 * static_cast<double>(pose.windows);
-    if (!IsFlat(pose, axis) && !heaped) continue;
-    reached.poses.push_back(i);
-  }
-  reached.triad = stream.triad;
-  reached.is_clipped = true;
-  reached.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis at its limit of " +
-                  Number(limit) + " " + stream.unit.name;
-  return reached;
-}
-
-// Poses in which the axis is constant at a reading between its limits.
-FlatPoses FindStuckPoses(const std::vector<PerTriad<TriadPoseMoments>>& moments,
-                         const StreamSummary& stream,
-                         int axis) {
-  FlatPoses stuck;
-  stuck.triad = stream.triad;
-  for (std::size_t i = 0; i < moments.size(); ++i) {
-    const TriadPoseMoments& pose = moments[i][stream.triad];
-    const double reading = pose.minimum_raw[axis];
-    if (pose.count < kFewestStuckSamples || !IsFlat(pose, axis) ||
-        reading == stream.minimum_raw[axis] || reading == stream.maximum_raw[axis]) {
-      continue;
+    if (pose.count < kFewestStuckSamples) continue;
+    const std::array<double, 2> extremes = {pose.minimum_raw[axis], pose.maximum_raw[axis]};
+    const std::array<double, 2> at_extreme = {pose.at_minimum[axis], pose.at_maximum[axis]};
+    const bool is_flat = IsFlat(pose, axis);
+    bool is_clipped = false;
+    for (const std::size_t end : {0, 1}) {
+      // With noise of two steps the largest of ten readings is rarely the largest of all.
+      const bool heaped = noise_steps > 2.0 && pose.windows >= 5 &&
+                          at_extreme[end] > 0.5 * static_cast<double>(pose.windows);
+      if (extremes[end] != limits[end] || !(is_flat || heaped)) continue;
+      is_clipped = true;
+      add(end, i, "at its limit of ", limits[end]);
     }
-    if (stuck.poses.empty()) {
-      stuck.words = Name(stream.triad) + " " + AxisLetter(axis) + " axis stuck at " +
-                    Number(reading) + " " + stream.unit.name;
-    }
-    stuck.poses.push_back(i);
+    if (is_flat && !is_clipped) add(2, i, "stuck at ", extremes[0]);
   }
-  return stuck;
+  return found;
 }
 
 // "words in 2 poses: 3, 4", with poses counted from 1.
@@ -473,20 +356,16 @@ std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution
                                      const std::vector<PerTriad<TriadPoseMoments>>& moments,
                                      const std::vector<StreamSummary>& streams) {
   std::vector<FlatPoses> all;
-  const auto add = [&all](FlatPoses found) {
-    const auto mechanism = found.is_clipped ? Mechanism::kClippedPoses : Mechanism::kStuckPoses;
-    if (!found.poses.empty() && Acts(mechanism)) all.push_back(std::move(found));
-  };
   for (const StreamSummary& stream : streams) {
     for (int axis = 0; axis < 3; ++axis) {
       const double noise = TypicalNoise(moments, stream.triad, axis);
       const double step = resolution_raw[stream.triad][axis];
-      // With noise below half a step a constant axis is normal.
-      if (!(noise > kNoiseSteps * step)) continue;
-      for (const bool at_top : {false, true}) {
-        add(FindClippedPoses(moments, stream, axis, noise / step, at_top));
+      // With noise below a step a constant axis is normal.
+      if (!(noise > kStuckNoiseSteps * step)) continue;
+      for (FlatPoses& found : FlatPosesOf(moments, stream, axis, noise / step)) {
+        const auto mechanism = found.is_clipped ? Mechanism::kClippedPoses : Mechanism::kStuckPoses;
+        if (!found.poses.empty() && Acts(mechanism)) all.push_back(std::move(found));
       }
-      if (noise > kStuckNoiseSteps * step) add(FindStuckPoses(moments, stream, axis));
     }
   }
   return all;

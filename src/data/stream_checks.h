@@ -13,7 +13,6 @@
 #include "data/length_spread.h"
 #include "data/pose_statistics.h"
 #include "data/repeats.h"
-#include "data/window_statistics.h"
 #include "truetriad/base/result.h"
 #include "truetriad/data/pose_collection.h"
 #include "truetriad/data/sample_source.h"
@@ -53,8 +52,7 @@ class StreamMonitor {
   Findings Check(const StreamSummary& summary) const;
 
  private:
-  void WatchRepeats(std::span<const double> values, int axis);
-  void WatchRuns(const SampleBlock& block);
+  void WatchEquals(const SampleBlock& block);
   double UsualRepeats() const;
   void CountFirst();
   bool IsGap(std::int64_t spacing_ns) const {
@@ -92,30 +90,6 @@ class StreamMonitor {
   Runs runs_;
   LengthSpread lengths_;
   double lowest_degc_ = 1e300, highest_degc_ = -1e300;
-};
-
-/// Finds intervals in which a sensor repeats one reading although its noise forbids it.
-///
-/// The reference is a set of windows at rest with noise. If readings there rarely equal the reading
-/// before, a long run of equal readings is a frozen sensor or bus. A sensor whose noise is below
-/// its step repeats itself most of the time, and is not judged.
-class StuckFinder {
- public:
-  explicit StuckFinder(std::int64_t origin_ns) : origin_ns_(origin_ns) {}
-
-  /// Clears `usable` for the stuck windows among [0, count) of each stream.
-  void Mark(const WindowBuffer& buffer, std::size_t count, std::vector<bool>* usable);
-
-  void Tell(Findings* findings) const;
-
- private:
-  struct Stretch {
-    Triad triad = Triad::kAccelerometer;
-    std::int64_t first_ns = 0, last_ns = 0;
-  };
-  std::int64_t origin_ns_;
-  std::vector<Stretch> stretches_;  // The first kMostPlacesNamed.
-  std::int64_t stretch_count_ = 0;
 };
 
 /// Poses in which an axis is flat: clipped at one limit of its range, or stuck at one reading.

@@ -25,7 +25,6 @@ void TriadWindow::Merge(const TriadWindow& later) {
   minimum_raw = minimum_raw.cwiseMin(later.minimum_raw);
   maximum_raw = maximum_raw.cwiseMax(later.maximum_raw);
   count += later.count;
-  repeats += later.repeats;
   temperature_count += later.temperature_count;
   temperature_sum_degc += later.temperature_sum_degc;
   last_ns = later.last_ns;
@@ -37,8 +36,6 @@ TriadWindow Summarize(const SampleBlock& block, std::size_t begin, std::size_t e
   const double x0 = block.x[begin], y0 = block.y[begin], z0 = block.z[begin];
   double sx = 0, sy = 0, sz = 0, sxx = 0, sxy = 0, sxz = 0, syy = 0, syz = 0, szz = 0;
   double low_x = x0, low_y = y0, low_z = z0, high_x = x0, high_y = y0, high_z = z0;
-  double last_x = 0, last_y = 0, last_z = 0;
-  std::int64_t repeats = 0;
   for (std::size_t i = begin + 1; i < end; ++i) {
     const double x = block.x[i] - x0, y = block.y[i] - y0, z = block.z[i] - z0;
     sx += x, sy += y, sz += z;
@@ -46,9 +43,6 @@ TriadWindow Summarize(const SampleBlock& block, std::size_t begin, std::size_t e
     low_x = std::min(low_x, block.x[i]), high_x = std::max(high_x, block.x[i]);
     low_y = std::min(low_y, block.y[i]), high_y = std::max(high_y, block.y[i]);
     low_z = std::min(low_z, block.z[i]), high_z = std::max(high_z, block.z[i]);
-    repeats += static_cast<int>(x == last_x) & static_cast<int>(y == last_y) &
-               static_cast<int>(z == last_z);
-    last_x = x, last_y = y, last_z = z;
   }
   const double n = static_cast<double>(end - begin);
   const Eigen::Vector3d shift = Eigen::Vector3d(sx, sy, sz) / n;
@@ -60,7 +54,6 @@ TriadWindow Summarize(const SampleBlock& block, std::size_t begin, std::size_t e
   window.scatter_raw -= n * shift * shift.transpose();
   window.minimum_raw = Eigen::Vector3d(low_x, low_y, low_z);
   window.maximum_raw = Eigen::Vector3d(high_x, high_y, high_z);
-  window.repeats = repeats;
   if (!block.temperature_degc.empty()) {
     for (std::size_t i = begin; i < end; ++i) {
       const double temperature = block.temperature_degc[i];

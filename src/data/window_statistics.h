@@ -28,7 +28,6 @@ struct TriadWindow {
   Eigen::Matrix3d scatter_raw = Eigen::Matrix3d::Zero();  ///< sum (y - mean)(y - mean)^T
   Eigen::Vector3d minimum_raw = Eigen::Vector3d::Zero();
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
-  std::int64_t repeats = 0;  ///< Samples equal on all axes to the one before, inside the window.
   std::int64_t temperature_count = 0;
   double temperature_sum_degc = 0.0;
   std::int64_t first_ns = 0, last_ns = 0;
@@ -36,9 +35,6 @@ struct TriadWindow {
 
   /// Adds the samples of `later`, which follow those of this window.
   void Merge(const TriadWindow& later);
-
-  /// True when all samples are the same on all axes.
-  bool IsConstant() const { return count > 0 && minimum_raw == maximum_raw; }
 };
 
 /// Statistics of samples [begin, end) of a block; end > begin. Sums are taken about the first

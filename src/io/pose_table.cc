@@ -310,11 +310,15 @@ class ImpossibleReadings {
   /// `lines`: the line of each of `poses`.
   void TakeFar(const std::vector<std::int64_t>& lines, std::vector<StaticPose>* poses) {
     for (const Triad triad : kVectorTriads) {
-      const auto limits = LimitsOf(triad, *poses);
-      if (!limits) continue;
+      std::vector<double> lengths;
+      for (const StaticPose& pose : *poses) {
+        if (pose.triads[triad]) lengths.push_back(pose.triads[triad]->mean_raw.norm());
+      }
+      if (lengths.size() < kFewestReadings) continue;
+      const double limit = kFar * LowerQuantile(std::move(lengths), kUsualShare);
       for (std::size_t k = 0; k < poses->size(); ++k) {
         auto& reading = (*poses)[k].triads[triad];
-        if (!reading || !limits->AreExceededBy(reading->mean_raw)) continue;
+        if (!reading || !(reading->mean_raw.norm() > limit)) continue;
         reading.reset();
         far_[triad].Count(lines[k]);
       }
@@ -332,49 +336,18 @@ class ImpossibleReadings {
 
  private:
   static constexpr Triad kVectorTriads[] = {Triad::kAccelerometer, Triad::kMagnetometer};
-  /// A reading is left out if its length and its distance from the median are both more than this
-  /// factor times the value that four of five readings stay below. On a sphere, no reading is twice
-  /// as far from the median as most others. An offset makes all readings longer, not a single one.
+  /// A reading is left out if its length is more than this factor times the length that four of
+  /// five readings stay below. An offset lengthens all readings, not a single one.
   static constexpr double kFar = 10.0;
   static constexpr double kUsualShare = 0.8;         // One of five readings may be far off.
   static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
 
-  struct Limits {
-    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-    double length = 0.0, distance = 0.0;
-    bool AreExceededBy(const Eigen::Vector3d& reading) const {
-      return reading.norm() > length && (reading - middle).norm() > distance;
-    }
-  };
   struct LeftOut {
     std::int64_t rows = 0, first_line = 0;
     void Count(std::int64_t line) {
       if (++rows == 1) first_line = line;
     }
   };
-
-  static std::optional<Limits> LimitsOf(Triad triad, const std::vector<StaticPose>& poses) {
-    const auto of_all = [&](const auto& value_of) {
-      std::vector<double> values;
-      for (const StaticPose& pose : poses) {
-        if (pose.triads[triad]) values.push_back(value_of(pose.triads[triad]->mean_raw));
-      }
-      return values;
-    };
-    std::vector<double> lengths = of_all([](const Eigen::Vector3d& y) { return y.norm(); });
-    if (lengths.size() < kFewestReadings) return std::nullopt;
-    Limits limits;
-    limits.length = kFar * LowerQuantile(std::move(lengths), kUsualShare);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      limits.middle[axis] =
-          LowerQuantile(of_all([axis](const Eigen::Vector3d& y) { return y[axis]; }), 0.5);
-    }
-    limits.distance =
-        kFar *
-        LowerQuantile(of_all([&](const Eigen::Vector3d& y) { return (y - limits.middle).norm(); }),
-                      kUsualShare);
-    return limits;
-  }
 
   void AddFinding(Triad triad,
                   const LeftOut& left,

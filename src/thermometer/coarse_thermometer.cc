@@ -2,7 +2,6 @@
 #include "thermometer/coarse_thermometer.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -15,11 +14,10 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector4d;  // Value and slope of the line, settling of each lag (Piece).
-using Matrix = Eigen::Matrix4d;
-using Lags = std::array<double, 2>;  // Two lags, s, the longer one first; 0: no lag.
+using State = Eigen::Vector3d;  // Value and slope of the line, settling (Piece).
+using Matrix = Eigen::Matrix3d;
 
-// From `time_s` on, T = line + slope (t - time_s) + sum_i settling_i exp(-(t - time_s) / lag_i).
+// From `time_s` on, T = line + slope (t - time_s) + settling exp(-(t - time_s) / lag).
 struct Piece {
   double time_s;
   State state;
@@ -45,8 +43,7 @@ constexpr double kStiffest = 1e-14;
 constexpr double kLagRatio = 1.6;
 // In nodes: a lag below this settles by a factor e within two nodes, which is too fast to be seen.
 constexpr double kShortestLagNodes = 2.0;
-constexpr double kLongestLagShare = 0.1;               // Chosen: longest lag / duration.
-constexpr std::array kSecondShares = {0.2, 0.4, 0.8};  // Chosen: second lag / first lag.
+constexpr double kLongestLagShare = 0.1;  // Chosen: longest lag / duration.
 // Chosen: refinement ends at steps of two per cent of a lag.
 constexpr double kFinestRatio = 1.02;
 
@@ -79,7 +76,7 @@ double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
   return sum;
 }
 
-// Kalman filter and smoother of the temperature for one pair of lags.
+// Kalman filter and smoother of the temperature for one lag, s; 0: no lag.
 class LaggedChamber {
  public:
   // A node, where the chamber's slope may change, or a place of the thermometer (StepPlaces).
@@ -90,8 +87,8 @@ class LaggedChamber {
   };
 
   LaggedChamber(
-      const StepPlaces& places, double begin_s, double end_s, double spacing_s, const Lags& lags)
-      : places_(places), lags_(lags) {
+      const StepPlaces& places, double begin_s, double end_s, double spacing_s, double lag_s)
+      : places_(places), lag_s_(lag_s) {
     const std::vector<double>& value = places.degc;
     const auto [low, high] = std::minmax_element(value.begin(), value.end());
     span_ = *high - *low;
@@ -113,7 +110,7 @@ class LaggedChamber {
     double before_s = events_.front().time_s;
     for (const Event& event : events_) {
       const double length_s = event.time_s - before_s;
-      steps_.push_back({length_s, {Decay(length_s, lags[0]), Decay(length_s, lags[1])}});
+      steps_.push_back({length_s, Decay(length_s, lag_s)});
       before_s = event.time_s;
     }
     // The error of a change's time is uniform within one spacing, so the temperature there has an
@@ -248,29 +245,23 @@ class LaggedChamber {
   double Pass() {
     const std::size_t count = events_.size();
     const State turn = Turn();
-    const State shown(1.0, 0.0, 1.0, 1.0);
+    const State shown(1.0, 0.0, 1.0);
     predicted_.resize(count), covariance_.resize(count), states_.resize(count);
     gain_.resize(count), innovation_.resize(count), innovation_variance_.resize(count);
     score_.resize(is_kink_.size()), information_.resize(is_kink_.size());
-    State state(places_.degc.front(), 0.0, 0.0, 0.0);
+    State state(places_.degc.front(), 0.0, 0.0);
     const double slope_variance = 100.0 * rate_ * rate_;
-    Matrix P = State(100.0 * span_ * span_,
-                     slope_variance,
-                     kink_ * lags_[0] * lags_[0],
-                     kink_ * lags_[1] * lags_[1])
-                   .asDiagonal();
+    Matrix P = State(100.0 * span_ * span_, slope_variance, kink_ * lag_s_ * lag_s_).asDiagonal();
     double likelihood = 0.0;
     for (std::size_t e = 0; e < count; ++e) {
       const Event& event = events_[e];
       const Step& step = steps_[e];
       state[0] += step.length_s * state[1];
-      state.tail<2>().array() *= step.decay;
+      state[2] *= step.decay;
       P.row(0) += step.length_s * P.row(1);
       P.col(0) += step.length_s * P.col(1);
-      for (int lag = 0; lag < 2; ++lag) {
-        P.row(lag + 2) *= step.decay[lag];
-        P.col(lag + 2) *= step.decay[lag];
-      }
+      P.row(2) *= step.decay;
+      P.col(2) *= step.decay;
       if (event.node >= 0) P += JumpOf(event.node) * turn * turn.transpose();
       predicted_[e] = state;
       covariance_[e] = P;
@@ -309,34 +300,26 @@ class LaggedChamber {
       }
       const Step& step = steps_[e];
       r[1] += step.length_s * r[0];
-      r.tail<2>().array() *= step.decay;
+      r[2] *= step.decay;
       N.row(1) += step.length_s * N.row(0);
       N.col(1) += step.length_s * N.col(0);
-      for (int lag = 0; lag < 2; ++lag) {
-        N.row(lag + 2) *= step.decay[lag];
-        N.col(lag + 2) *= step.decay[lag];
-      }
+      N.row(2) *= step.decay;
+      N.col(2) *= step.decay;
     }
     square_ = sum / std::max(places, 1.0);
     return likelihood;
   }
 
-  // Derivative of the state at a kink by the change of the chamber's slope: T and T' do not change,
-  // and with two lags T'' does not either.
-  State Turn() const {
-    const double a = lags_[0], b = lags_[1];
-    if (!(b > 0.0)) return {-a, 1.0, a, 0.0};
-    return {-a - b, 1.0, a * a / (a - b), -b * b / (a - b)};
-  }
+  // Derivative of the state at a kink by the change of the chamber's slope: T and T' do not change.
+  State Turn() const { return {-lag_s_, 1.0, lag_s_}; }
 
   const StepPlaces& places_;
-  Lags lags_;
+  double lag_s_;
   double span_ = 0.0, rate_ = 0.0;
   std::vector<Event> events_;
   // The interval between two events; steps_[e] ends at events_[e].
   struct Step {
-    double length_s;
-    Eigen::Array2d decay;
+    double length_s, decay;
   };
   std::vector<Step> steps_;
   int node_count_ = 0;
@@ -352,23 +335,23 @@ class LaggedChamber {
   double square_ = 0.0;
 };
 
-// The lags and pieces with the largest posterior.
+// The lag and the pieces with the largest posterior.
 struct Chamber {
-  Lags lags_s{};
+  double lag_s = 0.0;
   std::vector<Piece> pieces;
 };
 
 Chamber LikeliestChamber(const StepPlaces& places, double begin_s, double end_s, double spacing_s) {
   Chamber best;
   double most = -std::numeric_limits<double>::infinity();
-  const auto try_lags = [&](const Lags& lags, double price) {
+  const auto try_lag = [&](double lag_s, double price) {
     for (const bool stiff : {true, false}) {
-      if (!stiff && lags[0] > 0.0) break;
-      LaggedChamber chamber(places, begin_s, end_s, spacing_s, lags);
+      if (!stiff && lag_s > 0.0) break;
+      LaggedChamber chamber(places, begin_s, end_s, spacing_s, lag_s);
       const double posterior = chamber.Solve(stiff) - price;
       if (!(posterior > most)) continue;
       most = posterior;
-      best = {lags, chamber.Pieces()};
+      best = {lag_s, chamber.Pieces()};
     }
   };
   const double node_s = LaggedChamber::NodeSpacing(places, begin_s, end_s);
@@ -376,29 +359,12 @@ Chamber LikeliestChamber(const StepPlaces& places, double begin_s, double end_s,
   const double longest = kLongestLagShare * (end_s - begin_s);
   // A lag has the price of a kink: the log of the number of nodes.
   const double price = std::log((end_s - begin_s) / node_s);
-  try_lags({0.0, 0.0}, 0.0);
-  for (double lag = shortest; lag < longest; lag *= kLagRatio) try_lags({lag, 0.0}, price);
-  if (!(best.lags_s[0] > 0.0)) return best;
-  const auto refine = [&](std::size_t which, double ratio, double paid) {
-    const Lags middle = best.lags_s;
-    for (const double factor : {1.0 / ratio, ratio}) {
-      Lags tried = middle;
-      tried[which] *= factor;
-      // Two equal lags make `Turn` divide by zero.
-      if (tried[0] > kFinestRatio * tried[1]) try_lags(tried, paid);
-    }
-  };
+  try_lag(0.0, 0.0);
+  for (double lag_s = shortest; lag_s < longest; lag_s *= kLagRatio) try_lag(lag_s, price);
+  if (!(best.lag_s > 0.0)) return best;
   for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
-    refine(0, ratio, price);
-  }
-  const double alone = best.lags_s[0];
-  for (const double share : kSecondShares) {
-    try_lags({alone, share * alone}, 2.0 * price);
-  }
-  if (!(best.lags_s[1] > 0.0)) return best;
-  for (double ratio = std::sqrt(kLagRatio); ratio > kFinestRatio; ratio = std::sqrt(ratio)) {
-    refine(0, ratio, 2.0 * price);
-    refine(1, ratio, 2.0 * price);
+    const double middle_s = best.lag_s;
+    for (const double factor : {1.0 / ratio, ratio}) try_lag(middle_s * factor, price);
   }
   return best;
 }
@@ -488,7 +454,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
 TemperatureTrack ThroughPlaces(const StepPlaces& places, const std::vector<double>& time_s) {
   const double begin_s = time_s.front(), end_s = time_s.back();
   const double spacing_s = (end_s - begin_s) / static_cast<double>(time_s.size() - 1);
-  const auto [lags_s, pieces] = LikeliestChamber(places, begin_s, end_s, spacing_s);
+  const auto [lag_s, pieces] = LikeliestChamber(places, begin_s, end_s, spacing_s);
   TemperatureTrack track;
   track.time_s = time_s;
   std::size_t at = 0;
@@ -497,11 +463,10 @@ TemperatureTrack ThroughPlaces(const StepPlaces& places, const std::vector<doubl
     const auto& [piece_s, state] = pieces[at];
     const double since = time - piece_s;
     double value = state[0] + state[1] * since, rate = state[1];
-    for (std::size_t lag = 0; lag < lags_s.size(); ++lag) {
-      if (!(lags_s[lag] > 0.0)) continue;
-      const double settling = state[static_cast<Eigen::Index>(lag) + 2] * Decay(since, lags_s[lag]);
+    if (lag_s > 0.0) {
+      const double settling = state[2] * Decay(since, lag_s);
       value += settling;
-      rate -= settling / lags_s[lag];
+      rate -= settling / lag_s;
     }
     track.degc.push_back(value);
     track.rate_degcps.push_back(rate);

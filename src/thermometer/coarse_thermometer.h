@@ -31,8 +31,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
 ///
 ///   lag T' = C - T,    C' = a walk of small steps + a few large ones (kinks)
 ///
-/// There may be two lags in series, such as those of the chamber's air and of the board in the air.
-/// Between places, only this model gives the temperature. Lags, kinks, the size of the small steps
+/// Between places, only this model gives the temperature. Lag, kinks, the size of the small steps
 /// and the σ of the places are those with the largest posterior, which a Kalman filter and a
 /// disturbance smoother find. Kinks are added as long as they raise the posterior (de Jong and
 /// Penzer 1998). With lag 0 and no kinks, the result is a cubic smoothing spline.

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "data/joints.h"
-
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -11,6 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "data/collector.h"
 #include "data/memory_source.h"
 #include "support/finding_matchers.h"
 #include "truetriad/data/pose_collection.h"

@@ -154,53 +154,6 @@ TEST_F(RecordedMoves, SayWhyTheyCannotBeIntegrated) {
   });
   ASSERT_TRUE(one_way) << one_way.error().message;
   for (const RecordedMove& move : one_way->moves) EXPECT_FALSE(move.fault);
-
-  const auto stuck = Collect([](std::int64_t row, MemoryStream* stream) {
-    stream->Add(row * kStepNs, Rate(row > 510 && row < 530 ? 510 : row));
-  });
-  ASSERT_TRUE(stuck);
-  EXPECT_FALSE(stuck->moves[0].fault);
-  ASSERT_TRUE(stuck->moves[1].fault);
-  EXPECT_THAT(*stuck->moves[1].fault, HasCode(FindingCode::kTurnStuck));
-}
-
-// A pause in a move, and steps as coarse as the noise: each axis stays on one for ten readings, but
-// not all of them at a time.
-TEST_F(RecordedMoves, AreNotStuckWhereEachAxisRepeatsByItself) {
-  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
-    Eigen::Vector3d reading = Rate(row);
-    if (row % 300 >= 220 && row % 300 < 280) {
-      for (int axis = 0; axis < 3; ++axis) {
-        reading[axis] = 0.005 * static_cast<double>((row + 3 * axis) / 10 % 2);
-      }
-    }
-    stream->Add(row * kStepNs, reading);
-  });
-  ASSERT_TRUE(set) << set.error().message;
-  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
-}
-
-// Each reading in twenty rows of a log that is faster than the sensor.
-TEST_F(RecordedMoves, AreNotStuckWhereALogRepeatsEachReading) {
-  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
-    stream->Add(row * kStepNs, Rate(row - row % 20));
-  });
-  ASSERT_TRUE(set) << set.error().message;
-  EXPECT_EQ(set->Find(Triad::kGyroscope)->repeats, 20.0);
-  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
-}
-
-// Rates that rise by a step of the sensor every ten rows: each reading comes ten times, once.
-TEST_F(RecordedMoves, AreNotStuckWhereStepsAreCoarse) {
-  const auto set = Collect([](std::int64_t row, MemoryStream* stream) {
-    Eigen::Vector3d reading = Rate(row);
-    const std::int64_t since = row % 300 - 200;
-    if (since >= 0) reading = {0.0, 0.0, static_cast<double>(std::min(since, 99 - since) / 10)};
-    stream->Add(row * kStepNs, reading.array().round().matrix());
-  });
-  ASSERT_TRUE(set) << set.error().message;
-  EXPECT_EQ(set->Find(Triad::kGyroscope)->repeats, 1.0);
-  for (const RecordedMove& move : set->moves) EXPECT_FALSE(move.fault);
 }
 
 TEST_F(RecordedMoves, AreNoneWhereTheGyroscopeSaysNothing) {

@@ -383,7 +383,7 @@ TEST(DataChecks, CallAConstantStreamStuck) {
   EXPECT_THAT(set.error().message, testing::HasSubstr("the sensor is stuck"));
 }
 
-TEST(DataChecks, LeaveOutAStuckStretchAndNameItsTimes) {
+TEST(DataChecks, LeaveOutAStuckSensorAndNameThePose) {
   SyntheticRecording recording;
   for (int i = 0; i < 8; ++i) {
     if (i == 4) recording.noise_mps2 = 0.0;
@@ -393,12 +393,13 @@ TEST(DataChecks, LeaveOutAStuckStretchAndNameItsTimes) {
   }
   const Result<PoseSet> set = Collect({recording.accel});
   ASSERT_TRUE(set) << set.error().message;
-  EXPECT_EQ(set->poses.size(), 7u);
+  ASSERT_EQ(set->poses.size(), 8u);
+  for (std::size_t i = 0; i < 8; ++i) {
+    EXPECT_EQ(set->poses[i].triads[kAccel].has_value(), i != 4) << i;
+  }
   ASSERT_EQ(set->findings.size(), 1u);
   EXPECT_THAT(set->findings[0], HasCode(FindingCode::kStuckReadings));
-  // Four rests and turns of 5.5 s; whole windows only.
-  EXPECT_NEAR(*set->findings[0].Value("from"), 22.0, 0.005);
-  EXPECT_NEAR(*set->findings[0].Value("to"), 25.99, 0.005);
+  EXPECT_THAT(set->findings[0], Says(testing::HasSubstr("in pose 5")));
 }
 
 TEST(DataChecks, DoNotCallAQuietCoarseSensorStuck) {
