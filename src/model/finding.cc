@@ -39,8 +39,8 @@ std::optional<FindingCode> FindingCodeFromName(std::string_view name) {
   // Older calibrations use these names for kFault.
   if (name == "magnetometer-changed" || name == "left-out-term" || name == "stretches-differ")
     return FindingCode::kFault;
-  // Names of findings in older calibrations that are made no more.
-  if (name == "moving-readings" || name == "turn-stuck") return FindingCode::kMessage;
+  // The name of a finding in older calibrations that is made no more.
+  if (name == "turn-stuck") return FindingCode::kMessage;
   return std::nullopt;
 }
 

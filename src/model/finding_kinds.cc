@@ -110,6 +110,11 @@ constexpr auto kKinds = std::to_array<FindingKind>({
               "check how the file was made; record in one piece",
               kRecordAgain),
     Note(kRowsLeftOver, "rows-left-over", "The last rows do not fill a pose and are left out"),
+    Warning(kMovingReadings,
+            "moving-readings",
+            "In some rests one sensor's readings change, another's do not; the changing ones are "
+            "left out",
+            "correct that sensor's clock, or look for iron and currents"),
     WarningOr(kNotEnough,
               kClockLag,
               "clock-lag",

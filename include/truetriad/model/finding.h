@@ -83,6 +83,7 @@ enum class FindingCode : int {
   kRepeatedRows,
   kJoinedRecording,
   kRowsLeftOver,
+  kMovingReadings,
   kClockLag,
   kNoRest,
   kNoPose,
