@@ -315,14 +315,18 @@ def is_mild_text(kind, severity):
             and float(stated[1]) <= NEEDED[UNIT_OF[stated[2]]])
 
 
+def truth_of(made):
+    """The truth of a generator in the form of a calibration."""
+    return {"reference": {"dip_rad": float(made["dip"])}, "sensors": {
+        name: {"bias": np.array(made[key][0]).tolist(), "sensitivity": np.array(made[key][1]).tolist()}
+        for name, key in SENSORS.items()}}
+
+
 def generator_rows(options, folder, kind, seed):
     sim, kinds, of_motion, unknowable, unknowable_joint = generator_modules(options["generators"])
     made = kinds[kind](np.random.default_rng([zlib.crc32(kind.encode()), seed]))
     sim.write(made["u"], f"{folder}/in.csv", fmt=made.get("fmt", "%.9g"), keep=made.get("keep"))
-    truth = {"reference": {"dip_rad": float(made["truth"]["dip"])}, "sensors": {
-        name: {"bias": np.array(made["truth"][key][0]).tolist(),
-               "sensitivity": np.array(made["truth"][key][1]).tolist()}
-        for name, key in SENSORS.items()}}
+    truth = truth_of(made["truth"])
     for configuration in ["motion"] if kind in of_motion else ["nine", "joint"]:
         config = f"{folder}/{configuration}.yaml"
         sim.cfg(config, ("accelerometer", "magnetometer") if configuration == "joint"
@@ -336,6 +340,76 @@ def generator_rows(options, folder, kind, seed):
                  "severity": made["sev"], "digest": digest(folder)}
         yield with_each(options["programs"], about, [f"--config={config}", f"--input={folder}/in.csv"],
                         f"{folder}/out", truth=truth)
+
+
+# Clean logs: rates of 10 to 400 Hz, steps of 0.1 to 20 sigma, sensors that are polled 1 to 20 times a
+# reading, and stamps that are exact, jitter, or are those of the bursts in which rows arrive.
+RATES_HZ = np.array([10, 12.5, 20, 25, 40, 50, 52, 100, 104, 119, 125, 160, 200, 208, 250, 333, 400])
+LEAST_HZ = {"accelerometer": 2.5, "gyroscope": 10.0, "magnetometer": 2.5}  # Of readings that differ.
+STREAMS = {"accelerometer": "a", "gyroscope": "gy", "magnetometer": "mg"}
+FEWEST_READINGS = 12  # Of each sensor in each rest.
+
+
+def log_uniform(random, low, high):
+    return float(np.exp(random.uniform(np.log(low), np.log(high))))
+
+
+def log_jobs(plan, folder):
+    first, count = plan["logs"]
+    return [("logs", seed) for seed in range(first, first + count)] if (folder / "sim.py").exists() else []
+
+
+def stamps_of(random, unit, how):
+    """What a logger writes as the times of the readings of `unit`, and how it errs, in words."""
+    if how == "jitter":
+        share = 10 ** random.uniform(-2.5, -0.7)
+        return np.maximum.accumulate(unit.t + random.normal(0, share / unit.fs, unit.N)), f"jitter {share:.3f}"
+    if how == "burst":
+        size, at = int(random.integers(2, 33)), np.arange(unit.N)
+        last = np.minimum((at // size + 1) * size - 1, unit.N - 1)
+        late = np.abs(random.normal(0, 1e-4, unit.N // size + 2))[at // size]
+        return np.maximum.accumulate(unit.t[last] + late + at % size * 20e-6), f"bursts of {size}"
+    return unit.t, "exact stamps"
+
+
+def log_of(sim, random):
+    """A unit without a fault whose readings and stamps are as a logger has them; its sensors; what it is."""
+    rate = log_uniform(random, 10, 400)
+    if random.random() < 0.6:
+        rate = float(min(RATES_HZ, key=lambda one: abs(np.log(one / rate))))
+    kind = ("nine", "joint", "six")[random.integers(3)] if random.random() < 0.5 else "nine"
+    polls = {}
+    for sensor, least in LEAST_HZ.items():
+        times = round(log_uniform(random, 1, 20)) if random.random() < 0.5 else 1
+        polls[sensor] = max(1, min(times, int(rate / least)))
+    rest_s = max(random.uniform(1.5, 4), FEWEST_READINGS * max(polls.values()) / rate)
+    move_s = random.uniform(1, 3)
+    sigmas = tuple(10 ** random.uniform(*power) for power in ((-2.5, -1.3), (-3.5, -2.3), (-1, 0)))
+    unit = sim.make(random, poses=int(random.integers(20, 31)), fs=rate, static=rest_s, move=move_s, sig=sigmas)
+    sim.read(unit)
+    words = [f"{rate:.0f} Hz", f"rests of {rest_s:.1f} s"]
+    for (sensor, key), sigma in zip(STREAMS.items(), sigmas):
+        held = getattr(unit, key)[np.arange(unit.N) // polls[sensor] * polls[sensor]]
+        step = log_uniform(random, 0.1, 20)
+        setattr(unit, key, np.round(held / (step * sigma)) * (step * sigma))
+        words.append(f"{sensor} polled {polls[sensor]} times in steps of {step:.1f} sigma")
+    unit.time, stamps = stamps_of(random, unit, random.choice(["exact", "exact", "jitter", "burst"]))
+    left_out = {"nine": None, "joint": "gyroscope", "six": "magnetometer"}[kind]
+    if left_out:
+        setattr(unit, STREAMS[left_out], None)
+    return unit, tuple(one for one in STREAMS if one != left_out), ", ".join([*words, stamps])
+
+
+def log_rows(options, folder, seed):
+    sim = generator_modules(options["generators"])[0]
+    unit, sensors, words = log_of(sim, np.random.default_rng([777, seed]))
+    sim.write(unit, f"{folder}/in.csv")
+    sim.cfg(f"{folder}/log.yaml", sensors)
+    truth = truth_of(sim.truthof(unit))
+    about = {"id": f"logs/{seed}", "kind": f"clean log, {len(sensors)} sensors", "seen": True, "clean": True,
+             "mild": False, "severity": words, "digest": digest(folder)}
+    yield with_each(options["programs"], about, [f"--config={folder}/log.yaml", f"--input={folder}/in.csv"],
+                    f"{folder}/out", truth=truth)
 
 
 def fleet_jobs(plan, wants_fleet):
@@ -509,7 +583,7 @@ def cost_rows(options, folder, name):
     yield {"id": f"cost/{name}", "of": counted}
 
 
-ROWS = {"trust": trust_rows, "generators": generator_rows, "fleet": fleet_rows, "recordings": recording_rows,
+ROWS = {"trust": trust_rows, "generators": generator_rows, "logs": log_rows, "fleet": fleet_rows, "recordings": recording_rows,
         "cases": case_rows, "cost": cost_rows}
 
 
@@ -524,9 +598,9 @@ def run(options, job):
 # (First seed, count) of sources. --quick is part of the whole, so its rows pair with a whole
 # record.
 WHOLE = {"trust": (30_000, 1000), "clean": (200_000, 210), "generators": (0, 2), "generator_stride": 1,
-         "units": 300, "costs": list(COSTS)}
+         "logs": (1000, 500), "units": 300, "costs": list(COSTS)}
 QUICK = {"trust": (30_000, 200), "clean": (200_000, 14), "generators": (0, 1), "generator_stride": 4,
-         "units": 3, "costs": ["nine-axis unit"]}
+         "logs": (1000, 50), "units": 3, "costs": ["nine-axis unit"]}
 
 
 def program_of(state):
@@ -540,13 +614,14 @@ def program_of(state):
 def jobs_of(plan, options, wanted):
     jobs = {"trust": trust_jobs(plan, "trust" in wanted, "regimes" in wanted),
             "generators": generator_jobs(plan, options["generators"]),
+            "logs": log_jobs(plan, options["generators"]),
             "recordings": recording_jobs(options["tree"], options["shared"]),
             "cases": case_jobs(options["shared"]),
             "fleet": fleet_jobs(plan, "fleet" in wanted),
             "cost": [("cost", name) for name in plan["costs"]]}
     chosen = {"trust": {"trust", "regimes"}, "fleet": {"fleet", "regimes"}}
     # The longest jobs come first, so that no core waits for them at the end.
-    return [job for source in ("cost", "fleet", "trust", "generators", "recordings", "cases")
+    return [job for source in ("cost", "fleet", "trust", "generators", "logs", "recordings", "cases")
             if chosen.get(source, {source}) & wanted for job in jobs[source]]
 
 
