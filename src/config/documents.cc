@@ -10,7 +10,7 @@
 namespace truetriad {
 namespace {
 
-/// The beginning of an override's name in places and messages.
+/// An override's name in places and messages begins with this text.
 constexpr std::string_view kOverride = "--set=";
 
 /// Parses `key.sub=value` as a YAML document of its own.

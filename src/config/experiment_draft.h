@@ -11,21 +11,21 @@
 
 namespace truetriad {
 
-/// What `earth_rate` states, in degrees.
+/// The angles under the key `earth_rate`, in degrees.
 struct StatedEarthRate {
   std::optional<double> latitude;     ///< Unset: the latitude of `position`.
-  std::optional<double> declination;  ///< Unset: of the field at `position`; zero if unknown.
+  std::optional<double> declination;  ///< Unset: that of the field at `position`, or 0.
 };
 
-/// A stated mounting such as `+y+x-z`; for `any` it has no map.
+/// A mounting that a document states, such as `+y+x-z`. For `any`, `map` is unset.
 struct StatedMounting {
   std::optional<Eigen::Matrix3d> map;
 };
 
-/// What the documents read so far state. Documents (presets, experiment, overrides) are read in
-/// turn; each changes only the keys that it has.
+/// The state of an experiment while its documents are read in turn: presets, the experiment's file,
+/// overrides. Each document changes only the keys that it contains.
 struct ExperimentDraft {
-  Experiment experiment;  ///< File names are as written, not yet relative to a folder.
+  Experiment experiment;  ///< File names are as written, without the experiment's folder.
   PerTriad<std::optional<StatedMounting>> mounting;
   Stated gravity_mps2, strength_ut, dip_deg;
   FieldSite field_site = FieldSite::kUnknown;
@@ -34,11 +34,12 @@ struct ExperimentDraft {
   Places given;  ///< Keys that documents or presets state, or that Settle fills in.
 };
 
-/// The fields of a sensor's block. `chosen` has the models and terms that replaced `auto`.
+/// Passes each field of a sensor's block to `visit`, which reads it, writes it or describes it in a
+/// schema. `chosen` has the models and terms that replaced `auto`.
 template <typename Visit>
 void SensorFields(Visit& visit, Triad triad, ExperimentDraft& draft, CalibrateOptions& chosen);
 
-/// The fields of the `plan:` block.
+/// Passes each field of the `plan:` block to `visit`, which reads it or describes it in a schema.
 void PlanFields(auto& visit, PlanConfig* plan);
 
 /// Disables a sensor and removes its limits.
@@ -48,21 +49,23 @@ void LeaveOut(Triad triad, CalibrateOptions* options);
 void ReadDocument(YamlReader root, ExperimentDraft* draft);
 void ReadSensor(YamlReader reader, Triad triad, ExperimentDraft* draft);
 
-/// Reads the limits of a preset. Such a limit is judged only if a calibration has the limited
-/// value.
+/// Reads the limits of a preset. Each limit applies only if the calibration has the value that it
+/// limits.
 void ReadLimitsOfPreset(YamlReader limits, LimitOptions* options);
 
-/// An error at the place that states `key`; if there is none, at the experiment as a whole.
+/// Makes an error that points to the place of `key`, or to the experiment's file if `key` has no
+/// place.
 Error ErrorAtKey(const ExperimentDraft& draft,
                  ErrorCode code,
                  const std::string& key,
                  const std::string& message);
 
-/// Sets options that depend on several keys; adds contradictions to `errors`.
+/// Sets the options that depend on several keys. Adds an error for each contradiction between keys.
 void Settle(ExperimentDraft* draft, std::vector<Error>* errors);
 
-/// The experiment as YAML with every default written out and marked; it reads back with the same
-/// options. Models and terms that `chosen` has in place of `auto` are written and marked, too.
+/// Writes the experiment as YAML. Every default is written out and marked, so that reading the text
+/// gives the same options. A model or term that `chosen` has in place of `auto` is written and
+/// marked, too.
 std::string ResolvedYaml(const ExperimentDraft& draft, const CalibrateOptions& chosen);
 
 }  // namespace truetriad

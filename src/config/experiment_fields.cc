@@ -45,7 +45,7 @@ constexpr NamedValues<InitialiseMethod, 5> kMethods = {{
     {InitialiseMethod::kEllipsoid, "ellipsoid"},
 }};
 
-/// The value of a key: a recording, or a list of recordings, each a session.
+/// A kind of value: one recording, or a list of recordings, each of which is a session.
 struct Recordings {};
 bool ReadAs(Recordings, YamlReader reader, std::vector<std::string>* inputs) {
   if (!reader) return false;
@@ -67,7 +67,7 @@ std::string TextOf(Recordings, const std::vector<std::string>& inputs) {
   return inputs.size() == 1 ? TextOf(kAnyText, inputs.front()) : TextOf(ListOf{kAnyText}, inputs);
 }
 
-/// The value of a key: a date such as "2026-01-31".
+/// A kind of value: a date such as "2026-01-31".
 struct Date {};
 bool ReadAs(Date, YamlReader reader, std::string* date) {
   if (!reader.Read(date)) return false;
@@ -79,7 +79,7 @@ Json SchemaOf(Date, const std::string*) {
 }
 std::string TextOf(Date, const std::string& date) { return TextOf(kFile, date); }
 
-/// The value of a key: a mounting, `+y+x-z`, `ROTATION_YAW_90`, or `any`.
+/// A kind of value: a mounting, written as `+y+x-z`, as `ROTATION_YAW_90` or as `any`.
 struct Axes {};
 bool ReadAs(Axes, YamlReader reader, StatedMounting* stated) {
   std::string name;
@@ -100,7 +100,7 @@ std::string TextOf(Axes, const StatedMounting& stated) {
   return stated.map ? AxisMapName(*stated.map) : "any";
 }
 
-/// The value of a key: the shift in σ that a strict run tolerates. `true`: 1 σ, `false`: any shift.
+/// A kind of value: the shift in σ that a strict run tolerates. `true`: 1 σ, `false`: any shift.
 struct Strict {};
 bool ReadAs(Strict, YamlReader reader, std::optional<double>* shift_sigmas) {
   if (IsWord(reader, "false")) {
@@ -160,7 +160,7 @@ void ReadLimitsBelow(YamlReader& reader, const std::string& path, LimitOptions* 
   }
 }
 
-/// The schema of what ReadLimitsBelow reads at a name: a limit, or a map of further names.
+/// The schema of a value below `limits`: a limit, or a map from further parts of its name.
 Json LimitSchema() {
   Limit limit;
   const Json map = FieldSchema::OfMap([&](FieldSchema& visit) { LimitFields(visit, limit); });
@@ -173,7 +173,7 @@ Json LimitSchema() {
 
 template <typename Visit>
 void LimitsFields(Visit& visit, LimitOptions& options) {
-  visit.Has("preset");  // The preset has been read before all documents.
+  visit.Has("preset");  // Accepts the key; ReadPresets has read the preset already.
   if constexpr (Visit::kReads) {
     ReadLimitsBelow(visit.map(), "", &options);
   } else if constexpr (!Visit::kWrites) {
@@ -200,7 +200,8 @@ void LimitsFields(Visit& visit, LimitOptions& options) {
       {.is_flow = true, .words = {{"simple", !(guard_band_k > 0.0), [&] { guard_band_k = 0.0; }}}});
 }
 
-/// `given`: the keys of all documents, each of which may state a part of the position.
+/// Latitude and height may be in different documents: each is required only if `given`, the keys of
+/// all documents, lacks it.
 template <typename Visit>
 void PositionFields(Visit& visit, SitePosition& site, const Places& given) {
   for (const char* key : {"latitude_deg", "height_m"}) {
@@ -214,7 +215,7 @@ void PositionFields(Visit& visit, SitePosition& site, const Places& given) {
   visit("date", site.date, Date());
 }
 
-/// Whether an override states a key of the reference; such a key takes precedence over files.
+/// Whether an override states `key`, a key below `reference`. Overrides take precedence over files.
 bool IsOverridden(const std::string& key, const ExperimentDraft& draft) {
   return IsOverride(PlaceOf("reference." + key, draft.given));
 }
@@ -231,7 +232,8 @@ void FieldFields(Visit& visit, ExperimentDraft& draft) {
   }
   visit("site", draft.field_site, kFieldSites);
   if (!Visit::kReads || !visit.Has("site")) return;
-  // A site in an override replaces a file's statement that the values of the field are unknown.
+  // If a document states `site`, an `unknown` strength or dip of an earlier document is forgotten,
+  // unless an override states it.
   const auto forget = [&](const std::string& key, const Stated& stated) {
     if (visit.Has(key) || stated.value || IsOverridden("field." + key, draft)) return;
     draft.given.erase("reference.field." + key);
@@ -250,14 +252,15 @@ void ReferenceFields(Visit& visit, ExperimentDraft& draft) {
     SitePosition site = experiment.position.value_or(SitePosition());
     PositionFields(in, site, draft.given);
     experiment.position = site;
-    // Gravity that an earlier document states belongs to no or another position: it is dropped.
+    // If a document states a position but no gravity, the gravity of earlier documents is dropped,
+    // as it belongs to no or another position. A gravity that an override states is kept.
     if (Visit::kReads && !visit.Has("gravity_mps2") && !IsOverridden("gravity_mps2", draft)) {
       draft.gravity_mps2 = {};
     }
   };
   visit.Map("position", position, {.is_there = experiment.position.has_value()});
   visit.Map("field", [&](auto& field) { FieldFields(field, draft); });
-  // A static calibration has its own temperature; a default written here would contradict it.
+  // A static calibration has its own reference temperature; a default here would contradict it.
   if (visit.Shows(experiment.static_file.empty() || experiment.reference_given)) {
     visit("temperature_degc", experiment.options.reference.temperature_degc, kTemperatureDegc);
   }
@@ -289,7 +292,7 @@ void SweepFields(Visit& visit, PosesConfig& poses) {
                "window_s and window_samples exclude each other; keep one");
 }
 
-/// Resets how poses are found, since a new statement replaces all of an earlier one.
+/// Resets the choice of poses: a document that states `poses` replaces this choice as a whole.
 void Renew(PosesConfig* poses) {
   const PosesConfig fresh;
   poses->given = true;
@@ -489,7 +492,7 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
       is_enabled |= sensors.Has(TriadName(triad));
       sensors.Map(TriadName(triad),
                   [&](auto& sensor) {
-                    sensor.Has("preset");  // The preset has been read before all documents.
+                    sensor.Has("preset");  // Accepts the key; ReadPresets has read it.
                     SensorFields(sensor, triad, draft, chosen);
                   },
                   {.is_there = is_enabled});
@@ -503,8 +506,8 @@ void ExperimentFields(Visit& visit, ExperimentDraft& draft, CalibrateOptions& ch
   }
 }
 
-/// An override of all sensors, `--set=sensors={magnetometer: {}}`, removes what earlier documents
-/// state about sensors that it does not name.
+/// If an override states `sensors` as a whole, `--set=sensors={magnetometer: {}}`, all sensors that
+/// it does not name are reset and disabled.
 void KeepSensors(YamlReader sensors, Experiment* experiment) {
   for (const Triad triad : kTriads) {
     if (sensors.Child(TriadName(triad))) continue;
@@ -579,7 +582,8 @@ void ReadDocument(YamlReader root, ExperimentDraft* draft) {
 }
 
 std::string ResolvedYaml(const ExperimentDraft& asked, const CalibrateOptions& chosen) {
-  // Derived values are taken from the options; values that nobody stated are marked as default.
+  // Copies the values that Settle derived into the draft, so that they are written. FieldWriter
+  // marks those that no document states as default.
   ExperimentDraft draft = asked;
   CalibrateOptions& options = draft.experiment.options;
   draft.gauge = options.gauge;

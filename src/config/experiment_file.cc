@@ -33,7 +33,8 @@ Result<YamlReader> OpenExperiment(const std::string& path) {
   return YamlReader::FromText(calibration.config_yaml, path + " (config)");
 }
 
-/// Reads a preset: its version under the key `version`, a description, and what `read` reads.
+/// Reads a preset: its format version under the key that `version` names, a description, and what
+/// `read` reads.
 void ReadPreset(const std::string& file,
                 std::string_view version,
                 const Draft& draft,
@@ -52,12 +53,13 @@ void ReadPreset(const std::string& file,
   errors->insert(errors->end(), preset->errors().begin(), preset->errors().end());
 }
 
-/// The limits of a preset that the experiment does not replace. If the experiment limits all
-/// components, this replaces the preset's limit of every component. If it limits one component,
-/// this replaces the limit of that component only. `own`: full names of the experiment's keys.
+/// The limits of a preset without those that the experiment replaces. If the experiment limits a
+/// quantity (`bias`), this replaces the preset's limits of all its components (`bias.x`). If it
+/// limits one component, the preset's limit of the quantity stays for the other components. `own`:
+/// full names of the experiment's keys.
 std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& preset,
                                           const Places& own) {
-  // A map with limits of single components states no limit of all components.
+  // Whether the experiment limits `name` itself, not only components below it.
   const auto states = [&own](const std::string& name) {
     const std::string key = "limits." + name;
     const auto below = own.lower_bound(key + '.');
@@ -84,14 +86,15 @@ std::map<std::string, Limit> LeftToPreset(const std::map<std::string, Limit>& pr
   return left;
 }
 
-/// Adds the keys of a preset to those given; the places of keys given before stay as they are.
+/// Adds the keys of a preset to draft->given. A key that is there already keeps its place.
 void NotePreset(const YamlReader& block, const std::string& prefix, Draft* draft) {
   Places places;
   CollectPlaces(block, prefix, &places);
   draft->given.merge(places);
 }
 
-/// Reads the presets that the documents name: for each sensor, and for the limits, the last named.
+/// Reads at most one preset for each sensor, and one for the limits. If several documents name a
+/// preset, the last one counts.
 void ReadPresets(std::deque<YamlReader>& documents, Draft* draft, std::vector<Error>* errors) {
   for (const Triad triad : kTriads) {
     const std::string_view name = TriadName(triad);
@@ -122,8 +125,8 @@ void ReadPresets(std::deque<YamlReader>& documents, Draft* draft, std::vector<Er
   });
 }
 
-// The options as they will be once the readings are known: a matrix `identity` becomes the identity
-// in the readings' unit, and a sweep fixes all matrices.
+// The options for Validate, before the readings are known. The identity stands for each matrix that
+// is set later: those stated as `identity`, and all matrices of a sweep.
 CalibrateOptions AsSettled(const Experiment& experiment) {
   CalibrateOptions options = experiment.options;
   for (const Triad triad : kTriads) {
@@ -134,7 +137,7 @@ CalibrateOptions AsSettled(const Experiment& experiment) {
   return options;
 }
 
-/// `path` in its normal form, without "." and "a/..", if that leads to the same file.
+/// Removes "." and "a/.." from a path, if the shorter path leads to the same file.
 std::string ShortPath(const std::string& path) {
   const std::string shorter = std::filesystem::path(path).lexically_normal().string();
   std::error_code failure;
@@ -218,12 +221,12 @@ Result<Experiment> ReadExperimentText(const std::string& text,
 
 namespace {
 
-// Writes the resolved YAML anew, for an experiment whose options, kind of poses or clocks changed.
+// Writes the resolved YAML again, after options, the kind of poses or time offsets were changed.
 Experiment ResolvedAgain(Experiment changed) {
   if (changed.draft == nullptr) return changed;
   ExperimentDraft draft = *changed.draft;
   draft.experiment.options = changed.options;
-  PosesConfig& poses = draft.experiment.poses;  // File names are as written.
+  PosesConfig& poses = draft.experiment.poses;  // Its file names stay as written.
   poses.kind = changed.poses.kind;
   poses.given = changed.poses.given;
   poses.time_offset_s = changed.poses.time_offset_s;
@@ -261,7 +264,7 @@ Experiment OfSensors(const Experiment& experiment, const PerTriad<bool>& recorde
   }
   const bool is_turned = recorded[Triad::kAccelerometer] || recorded[Triad::kMagnetometer];
   if (changed.options.motion && !(recorded[Triad::kGyroscope] && is_turned)) {
-    // Fits to motion need the gyroscope and gravity or field; without them, rests are detected.
+    // A fit to motion needs the gyroscope and gravity or field. Without them, rests are detected.
     changed.options.motion.reset();
     changed.poses.kind = PoseSelectionKind::kDetect;
   }

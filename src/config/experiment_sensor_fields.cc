@@ -49,7 +49,7 @@ void NoiseFields(Visit& visit, TriadOptions& options, std::string& allan_file) {
   const bool says_allan = visit.Has("allan"), says_sigma = visit.Has("sigma");
   visit.Expect(
       !(says_allan && says_sigma), "sigma and allan exclude each other; keep one", "allan");
-  // If a document states sigma or allan, this replaces both of earlier documents.
+  // If a document states one of sigma and allan, the other one of earlier documents is dropped.
   if (says_sigma) allan_file.clear();
   if (says_allan) options.noise_sigma_raw.reset();
   visit("allan", allan_file, kFile);
@@ -77,8 +77,8 @@ void PriorFields(Visit& visit, TriadPrior& prior) {
   visit("sensitivity_sigma", prior.sensitivity_sigma, kSigmas);
 }
 
-/// If earlier documents state the nonlinearity (`before`), a document may change only one part of
-/// it.
+/// The first document that states the nonlinearity must state the percentage and the full scale. If
+/// `before` is set, earlier documents stated both, and a later document may change one of them.
 template <typename Visit>
 void NonlinearityFields(Visit& visit,
                         Triad triad,

@@ -19,7 +19,7 @@ Knowledge KnowledgeOf(const Stated& stated, double unit = 1.0) {
   return {*stated.value * unit, stated.sigma.value_or(0.0) * unit};
 }
 
-// σ of gravity at an unknown place: 9.78 m/s^2 at the equator, 9.83 at the poles, less at altitude.
+// σ of gravity at an unknown place: gravity is 9.78 m/s^2 at the equator and 9.83 at the poles.
 constexpr double kAnywhereGravitySigmaMps2 = 0.02;
 
 void SettleGravity(Draft* draft) {
@@ -55,7 +55,7 @@ void FindEarthField(Experiment* experiment) {
     return;
   }
   const Result<double> year = DecimalYear(position.date);
-  if (!year) return;  // The error has been reported at its key.
+  if (!year) return;  // The invalid date has been reported at its key.
   const Result<EarthField> field = WorldMagneticModel(
       {position.latitude_deg, *position.longitude_deg, position.height_m}, *year);
   if (field) {
@@ -65,12 +65,13 @@ void FindEarthField(Experiment* experiment) {
   }
 }
 
-/// Takes what the experiment does not state about the field from the model of the Earth's field.
+/// Completes the field and the hemisphere: values that the experiment does not state come from the
+/// model of the Earth's field. Strength and dip are completed only if the site is clean.
 void SettleField(Draft* draft) {
   Experiment& experiment = draft->experiment;
   FindEarthField(&experiment);
   const std::optional<EarthField>& earth = experiment.earth_field;
-  // A statement takes precedence, even if it is `unknown`.
+  // A stated value takes precedence, even if it is `unknown`.
   const auto take = [&](const char* key, double value, double sigma, Stated* stated) {
     const std::string name = std::string("reference.field.") + key;
     if (stated->value || draft->given.contains(name)) return;
@@ -144,7 +145,8 @@ void SettlePoses(Draft* draft) {
   }
 }
 
-/// The matrix model `auto` sets all terms that the experiment does not state to `auto`, too.
+/// If a sensor's matrix model is `auto`, the terms of the automatic model that the experiment does
+/// not state become `auto`, too.
 void LeaveModelsOpen(Draft* draft) {
   CalibrateOptions& options = draft->experiment.options;
   for (const Triad triad : kTriads) {
@@ -166,8 +168,9 @@ void LeaveModelsOpen(Draft* draft) {
   }
 }
 
-/// A mounting that is not stated follows from a fixed matrix or from a prior; without these, the
-/// axes of accelerometer and gyroscope are those of the body.
+/// If no mounting is stated, it is the one nearest to the fixed matrix, or else to the prior.
+/// Without both, the axes of accelerometer and gyroscope are those of the body, and the
+/// magnetometer's mounting is unknown.
 void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   for (const Triad triad : kTriads) {
     TriadOptions& sensor = options->triads[triad];
@@ -187,7 +190,7 @@ void SettleMounting(const Draft& draft, CalibrateOptions* options) {
   }
 }
 
-/// A combination of keys that is not allowed.
+/// A rule for a combination of keys, and the message if the rule is broken.
 struct Rule {
   bool is_broken;
   std::string key;

@@ -10,8 +10,8 @@
 namespace truetriad {
 namespace {
 
-// The crust and the sun change an undisturbed field by less than 5 % and 3 deg. These limits are
-// about four and three times as large; in few rooms without iron the field differs by so much.
+// The crust and the sun change an undisturbed field by less than 5 % and 3 deg. The limits are
+// about four and three times as large; rooms without iron rarely reach them.
 constexpr double kGrossStrengthShare = 0.2;
 constexpr double kGrossDipDeg = 10.0;  // Three times 3 deg, rounded up.
 
@@ -27,7 +27,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   const auto& magnetometer = calibration->sensors[Triad::kMagnetometer];
   if (!magnetometer || !experiment.position) return;
   if (!experiment.earth_field) {
-    // A position without longitude and date is stated for gravity only: no check was asked for.
+    // A position without longitude or date is stated for gravity only: no check was asked for.
     if (experiment.position->longitude_deg && !experiment.position->date.empty()) {
       calibration->findings.emplace_back(
           FindingCode::kFieldNotChecked,
@@ -39,7 +39,7 @@ void CheckField(const Experiment& experiment, Calibration* calibration) {
   const ReferenceValues& reference = calibration->reference;
   std::string found;
   Finding finding(FindingCode::kFieldUnlikely, "");
-  // With counts of unknown size, the strength cannot be compared.
+  // If the size of a count is unknown, so is the strength, which cannot be compared.
   const bool says_strength =
       reference.field_ut && !(reference.field_nominal && magnetometer->input_unit == "counts");
   if (says_strength &&

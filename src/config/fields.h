@@ -33,7 +33,7 @@ class FieldWriter {
   bool operator()(std::string_view key, const std::optional<double>& value, const Kind& kind) {
     return value && (*this)(key, *value, kind);
   }
-  /// Writes `chosen`, marked if it replaced `auto`.
+  /// Writes `chosen`. If `chosen` has replaced the value `auto`, a mark at the line says so.
   template <typename Value, typename Kind>
   bool operator()(std::string_view key, const Value& value, const Kind& kind, const Value& chosen) {
     const std::string text = TextOf(kind, value), text_chosen = TextOf(kind, chosen);
@@ -78,7 +78,7 @@ class FieldWriter {
     of(inside);
     return "{ " + inside.text_ + " }";
   }
-  /// Appends to the text of a map that is written in one line.
+  /// Appends `text` to a map that is being written on one line.
   void Append(const std::string& text) { text_ += text; }
 
   static void Expect(bool, std::string_view, std::string_view = "") {}
@@ -99,7 +99,7 @@ class FieldWriter {
  private:
   const Places* given_;
   std::string text_;
-  std::string path_;  ///< Of the map that is being written: "sensors.accelerometer."
+  std::string path_;  ///< Full name of the current map and a dot: "sensors.accelerometer."
   std::size_t depth_ = 0;
   bool is_flow_ = false;
   int digits_ = 0;

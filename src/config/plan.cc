@@ -17,7 +17,8 @@ constexpr NamedValues<PlanCriterion, 2> kCriteria = {{
 }};
 constexpr NamedValues<bool, 2> kPlanStarts = {{{false, "nothing"}, {true, "recording"}}};
 constexpr Range kPoses{1, 1000, "1 to 1000 poses"};
-/// Numbers of attitudes over which a grid may be spread: fewer leave gaps, more take minutes.
+/// The number of attitudes of a spread grid: fewer leave gaps, and planning with more takes
+/// minutes.
 constexpr Range kSpread{24, 5000, "24 to 5000 attitudes"};
 
 MapWord GridWord(std::string_view word, PlanGrid* grid, std::vector<Eigen::Quaterniond> (*of)()) {

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-/// What the documents read so far state; a later document replaces values of earlier ones.
+/// The scenario while its documents are read. A later document replaces values of earlier ones.
 struct ScenarioDraft {
   Scenario scenario;
   PerTriad<std::optional<ScenarioSensor>> sensors;
@@ -36,13 +36,13 @@ void WorldFields(auto& visit, SimulatedWorld& world) {
       "earth_rate", earth_rate, {.words = {{"none", false, [&] { world.earth_rate.reset(); }}}});
 }
 
-/// Reads one document into the draft; its file names are relative to the folder of `file`.
+/// Reads one document into the draft. File names in it are relative to the folder of `file`.
 void ScenarioFields(auto& visit, const std::string& file, ScenarioDraft* draft) {
   Scenario& scenario = draft->scenario;
   int version = kVersion;
   visit("scenario", version, FormatVersion());
   visit("description", scenario.description, kAnyText);
-  visit.Has("base");  // The base has been read before all other documents.
+  visit.Has("base");  // Accepts the key; the base is a document of its own.
   visit.Map("device", [&](auto& device) {
     device("serial", scenario.serial, kAnyText);
     device("model", scenario.model, kAnyText);

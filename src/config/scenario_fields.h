@@ -12,15 +12,17 @@
 
 namespace truetriad {
 
-/// What the documents of a scenario state about one sensor, in units of the measured quantity (SI,
-/// µT). It is converted to raw units once all documents are read.
+/// What the documents of a scenario state about one sensor. Values are in units of the measured
+/// quantity (SI, µT), except those named `raw`. All are converted to raw units after the last
+/// document.
 struct ScenarioSensor {
   Unit unit;
   std::optional<double> si_per_count;
   Eigen::Vector3d zero_raw = Eigen::Vector3d::Zero();  ///< Raw reading of an ideal sensor at zero.
 
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  /// Stated as a whole, or by gains and misalignment: the last statement counts.
+  /// Documents state either this matrix, or scale_error and misalignment_rad. The last statement
+  /// counts.
   std::optional<Eigen::Matrix3d> sensitivity;
   Eigen::Vector3d scale_error = Eigen::Vector3d::Zero();
   Eigen::Matrix3d misalignment_rad = Eigen::Matrix3d::Zero();
@@ -39,10 +41,10 @@ struct ScenarioSensor {
   SimulatedTriad settled;
 };
 
-/// Reads the block of a sensor; `none` removes it.
+/// Reads the block of a sensor. The word `none` in place of a block removes the sensor.
 void ScenarioSensorMap(auto& visit, Triad triad, std::optional<ScenarioSensor>* sensor);
 
-/// The sensor in raw units; calls `fail` for each contradiction.
+/// Converts a sensor to raw units. Calls `fail` with a message for each contradiction.
 SimulatedTriad SettledSensor(const ScenarioSensor& sensor,
                              const std::function<void(const std::string&)>& fail);
 

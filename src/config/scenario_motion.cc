@@ -18,7 +18,7 @@
 namespace truetriad {
 namespace {
 
-/// No procedure has nearly as many poses; the limit is there to find mistyped numbers.
+/// No procedure has nearly as many poses; the limit catches mistyped numbers.
 constexpr int kMaxPoses = 100000;
 constexpr Range kRounds{1, kMaxPoses, "a whole number from 1 to 100000"};
 constexpr Range kRest{.lowest = 1, .expected = "a whole number from 1 on"};
@@ -43,8 +43,9 @@ std::vector<ProgramPose> PosesOf(const std::vector<Eigen::Quaterniond>& attitude
   return poses;
 }
 
-/// Reads a list whose items are of several kinds, the alternatives of a variant; each item is a map
-/// under the name of its kind. The list replaces the list of earlier documents.
+/// Reads a list with items of several kinds. Each item is a map with one key, the name of its kind;
+/// the alternatives of the variant `Thing` are the kinds. The list replaces the list of earlier
+/// documents.
 template <typename Visit, typename Thing, std::size_t N, typename Of, std::size_t... kIndex>
 void ListOfKinds(Visit& visit,
                  std::string_view key,

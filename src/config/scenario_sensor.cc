@@ -23,7 +23,7 @@ constexpr NamedValues<GyroscopeOutput, 2> kGyroscopeOutputs = {{
 void UnitFields(auto& visit, Triad triad, ScenarioSensor& sensor) {
   visit("unit", sensor.unit, ReadingsUnit{triad});
   const bool has_size = visit("si_per_count", sensor.si_per_count, kPositive);
-  // Data sheets state the inverse, such as 16384 LSB/g.
+  // Data sheets state the inverse of si_per_count, such as 16384 LSB/g.
   for (const auto& [key, scale] : TriadKeys("counts_per", triad)) {
     double counts = 0.0;
     if (!visit(key, counts, kPositive)) continue;
@@ -74,7 +74,7 @@ QuantityKeys GSensitivityKeys() {
           {"g_sensitivity_degps_g", kRadPerDeg / kStandardGravityMps2}};
 }
 
-/// Keys of a term in units of the measured quantity: at 1 g, a term of 1 µg/g² adds 1e-6 g.
+/// Keys of an axis term, each with its unit. For example, a term of 1 µg/g² adds 1e-6 g at 1 g.
 QuantityKeys AxisTermKeys(const AxisTermInfo& info) {
   const std::string name(info.name);
   if (info.power == 0) return ShareKeys(name);

@@ -5,11 +5,11 @@
 
 namespace truetriad {
 
-/// The JSON Schemas of files that users write, made from the lists of fields that read them.
+/// JSON Schemas of files that users write, made from the same lists of fields that read the files.
 Json ExperimentSchema();
 Json SensorPresetSchema();
 Json LimitsPresetSchema();
 Json ScenarioSchema();
-Json RecordingSchema();  ///< Of a manifest; defined beside its reader, io/manifest.cc.
+Json RecordingSchema();  ///< Of a recording's manifest; defined in io/manifest.cc.
 
 }  // namespace truetriad

@@ -39,12 +39,12 @@ constexpr double kClearlyLikelier = 6.0;
 // Chosen: the share of variance that triads do not have in common even without noise; it bounds the
 // likelihood of a perfect correlation.
 constexpr double kUnlikeShare = 0.1;
-// Slots in 1.2 s, about the duration of a turn by hand; together they count as one observation.
+// Number of slots in 1.2 s, about the duration of a turn by hand. They count as one observation.
 constexpr double kSlotsOfATurn = 12.0;
-// Chosen: half a minute of slots, which is 25 turns of kSlotsOfATurn, is enough to correlate.
+// Chosen: a correlation needs half a minute of slots, which is 25 turns of kSlotsOfATurn.
 constexpr int kFewestPairs = 300;
-// Chosen: a share of the 90 % quantile of the squared changes. Changes below a thousandth of the
-// root of this quantile count as rest.
+// Chosen: a change counts as rest if its square is below this share of the 90 % quantile of all
+// squares. For the change itself, the share is a thousandth.
 constexpr double kRestShare = 1e-6;
 // Smallest lag to report, s: estimation finds smaller ones better, from the moves between rests.
 constexpr double kSaidS = 0.25;
@@ -76,8 +76,8 @@ Eigen::Vector3f MedianOf(const std::vector<Eigen::Vector3f>& means) {
   return median;
 }
 
-// Square of how much the unit turns from slot to slot, in raw units. A field: the change of its
-// reading; a gyroscope: the rate less the rate at rest. Negative: not known.
+// How much the unit turns from slot to slot, squared, in raw units. For a gyroscope, this is the
+// rate less the rate at rest; for other sensors, the change of the reading. Negative: not known.
 std::vector<float> Changes(Triad triad, const std::vector<Eigen::Vector3f>& means) {
   const bool is_rate = triad == Triad::kGyroscope;
   const Eigen::Vector3f rest = is_rate ? MedianOf(means) : Eigen::Vector3f::Zero();
@@ -119,7 +119,7 @@ struct Correlation {
   }
 };
 
-// Values with their squares, and ones; all zero for unknown values.
+// Values, their squares, and ones. Where a value is unknown, all three are zero.
 struct Known {
   explicit Known(const std::vector<float>& values) {
     for (Eigen::VectorXd* of : {&one, &value, &square}) of->setZero(std::ssize(values));
@@ -288,7 +288,7 @@ Findings FindClockLags(const ClockLagFinder& finder, PoseSet* set) {
     block += (block.empty() ? "" : ", ") + name +
              Format(": { time_offset_s: %.1f }", set->time_offset_s[triad] + *lag_s);
   }
-  // One block corrects all triads; the last finding states the block, and so does each refusal.
+  // One block of configuration corrects all triads. The last finding and each refusal state it.
   for (Finding& finding : findings) {
     if (&finding != &findings.back() && !finding.IsRefusal()) continue;
     finding.remedy =

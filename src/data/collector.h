@@ -21,10 +21,12 @@ namespace truetriad {
 
 class StreamMonitor;
 
-// Chosen: a list names ten places at most; a number or an ellipsis stands for the others.
+// Chosen: a message names at most ten poses or other places; a number or an ellipsis stands for the
+// rest.
 inline constexpr std::size_t kMostPlacesNamed = 10;
 
-// "3, 4, 7, …" for `count` places; `name(k)` gives the name of place k.
+// Lists names as in "3, 4, 7, …": at most kMostPlacesNamed of `count` names. `name(k)` gives name
+// k, from 0.
 template <typename Name>
 std::string Named(std::size_t count, const Name& name) {
   std::string text;
@@ -96,11 +98,12 @@ std::unique_ptr<Collector> MakeRestCollector(std::unique_ptr<RestFinder> finder,
 // A joint is where a recording was put together from pieces: the gyroscope does not show the change
 // of attitude there, so no turn is integrated across it.
 
-// Sets the fault of moves across a joint, and adds findings. Joints are those in set->joints, and
-// those that the readings show.
+// Sets the fault of each move across a joint, and adds findings. Joints are those in set->joints,
+// and those that the readings show.
 void BreakMovesAtJoints(PoseSet* set);
 
-// Adds to set->joints the joints in the readings of a unit that never rests, with findings.
+// Finds the joints in the readings of a unit that never rests. Adds them to set->joints, and
+// reports them.
 void FindJointsInMotion(PoseSet* set);
 
 }  // namespace truetriad

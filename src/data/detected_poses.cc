@@ -10,9 +10,9 @@
 namespace truetriad {
 namespace {
 
-// A window holds four samples of the slowest triad in use, for its variance. It lasts 0.4 s at
-// most, so that the five windows that measure activity span 2 s, but it always holds two samples,
-// the least number for a variance.
+// A window holds four samples of the slowest triad in use, to give a variance. It lasts at most 0.4
+// s, so that the five windows of an activity span 2 s. If two samples need longer, it lasts as long
+// as they do, as a variance needs two.
 constexpr double kSamplesOfWindow = 4.0, kLongestWindowNs = 4e8, kFewestWindowSamples = 2.0;
 
 // Number of windows at the end of a search that are searched again with the windows after them.
@@ -22,8 +22,8 @@ constexpr std::size_t kTailWindows = 64;
 // Chosen: 64 samples determine the rate of a stream.
 constexpr std::int64_t kRateSamples = 64;
 
-// Least expected range, raw; 0: not known. An accelerometer that is turned over has a range of 2 g;
-// half of it is expected.
+// The range that readings have at least when the unit is turned over, raw; 0: not known. An
+// accelerometer has a range of 2 g then; half of this is expected.
 double ExpectedRange(const StreamInfo& info) {
   if (info.triad != Triad::kAccelerometer) return 0.0;
   if (!info.unit.is_counts) return kStandardGravityMps2 / info.unit.truth_per_raw;
@@ -71,7 +71,7 @@ Error DetectedPoses::NoPose(const PoseSet& set) const {
       set.Find(Triad::kGyroscope) != nullptr &&
       (set.Find(Triad::kAccelerometer) != nullptr || set.Find(Triad::kMagnetometer) != nullptr);
   const std::string duration = Format("%.1f s", set.duration_s);
-  // Twice the 10 kHz or so that such sensors reach.
+  // Inertial sensors reach about 10 kHz; the limit is twice this rate.
   constexpr double kMostHz = 2e4;
   std::string too_fast;
   for (const StreamSummary& stream : set.streams) {

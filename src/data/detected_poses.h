@@ -18,7 +18,7 @@
 
 namespace truetriad {
 
-/// Collects the poses that static detection finds, with a bounded number of windows in memory.
+/// Collects the poses that static detection finds. Memory holds a bounded number of windows.
 class DetectedPoses : public RestFinder {
  public:
   /// `monitors` belong to the caller and have seen every block before it comes to Add.
@@ -27,7 +27,7 @@ class DetectedPoses : public RestFinder {
                 const PerTriad<StreamMonitor*>& monitors,
                 Triad leading);
 
-  /// Rests need time.
+  /// Error: the recording has no times, or an option is out of range.
   Status Validate() const override;
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
@@ -63,7 +63,7 @@ class DetectedPoses : public RestFinder {
   std::size_t held_samples_ = 0;
   std::optional<WindowBuffer> buffer_;
   std::optional<StaticDetector> detector_;
-  std::size_t consumed_ = 0;  // Windows at the front of the buffer that open_ holds already.
+  std::size_t consumed_ = 0;  // Number of windows at the buffer's front that are in open_ already.
   PoseAccumulator open_;
   std::vector<CollectedPose> poses_;
   std::size_t peak_windows_ = 0;

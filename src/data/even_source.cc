@@ -109,7 +109,7 @@ bool EvenSource::MustHold(const std::vector<SampleBlock>& blocks) {
   for (const SampleBlock& block : blocks) {
     Stream& stream = streams_[block.triad];
     if (stream.clock.judgement != Judgement::kOpen) continue;
-    // Stamps that were interpolated within a FIFO window look even in any case.
+    // Stamps that were interpolated within a FIFO window always look even, which shows nothing.
     if (WindowOf(block.triad) > 1 || !stream.watch.AreEven(block.time_ns)) {
       stream.clock.looks_even = false;
     }

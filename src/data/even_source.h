@@ -34,17 +34,18 @@ class ExcludedTime {
 
  private:
   std::vector<ExcludedRange> ranges_;
-  std::vector<std::int64_t> readings_;  // Number left out by each range.
+  std::vector<std::int64_t> readings_;  // Number of readings left out by each range.
   // First and last time of all readings, left out or not.
   std::int64_t first_ns_ = std::numeric_limits<std::int64_t>::max();
   std::int64_t last_ns_ = std::numeric_limits<std::int64_t>::min();
 };
 
-/// The readings that are not excluded, at even times if their stamps scatter about even times.
+/// Gives the readings that are not excluded. If stamps scatter about even times, their readings get
+/// the even times.
 ///
-/// Streams whose stamps are even enough pass through. From the first block with uneven stamps on,
-/// the samples of all streams are held, kMostHeldSamples at most, and the stamps of these samples
-/// are judged; the judgement of a stream is final.
+/// Blocks pass through while all stamps are even enough. From the first block with uneven stamps
+/// on, the samples of all streams are held back, kMostHeldSamples at most, until their stamps have
+/// been judged. The judgement of a stream is final.
 class EvenSource {
  public:
   /// `source` and `excluded` belong to the caller.
@@ -59,14 +60,14 @@ class EvenSource {
 
  private:
   enum class Judgement { kOpen, kAsStamped, kEven };
-  /// What the stamps of a stream show; sensors that share stamps share it.
+  /// What the stamps of a stream show. Sensors with the same stamps have the same Clock.
   struct Clock {
     bool looks_even = true;
     Judgement judgement = Judgement::kOpen;
     StampKind kind = StampKind::kRegular;
     bool are_true = false;                   // The readings show that the stamps are true.
-    double squares_ns2 = 0.0, judged = 0.0;  // Sum of (stamp − even time)², and number.
-    std::vector<std::int64_t> even_ns;       // Times of held samples; empty: their stamps.
+    double squares_ns2 = 0.0, judged = 0.0;  // Sum of (stamp − even time)²; number of terms.
+    std::vector<std::int64_t> even_ns;       // Times of held samples; empty: stamps are used.
   };
   struct Stream {
     StampWatch watch;

@@ -83,8 +83,8 @@ std::string GivenPoses::Spoken(std::size_t range) const {
          ")";
 }
 
-// Label of the pose that row `i` belongs to; unset: none. Neighbouring rows of one label are one
-// pose.
+// Label of the pose that row `i` belongs to; unset: none. Neighbouring rows with the same label
+// form one pose.
 std::optional<std::int64_t> GivenPoses::Label(const SampleBlock& block, std::size_t i) {
   const std::int64_t row = block.row[i];
   switch (selection_.kind) {

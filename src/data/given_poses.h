@@ -20,19 +20,19 @@ namespace truetriad {
 /// Where a range is stated, and its times if it is given by time instead of rows.
 struct RangeOrigin {
   TimeRange times;
-  std::string stated_in;  ///< "rates.yaml:3".
+  std::string stated_in;  ///< File and line, such as "rates.yaml:3".
 };
 
 /// Collects poses that are given: every row, every N rows, by a column, or by row ranges.
 ///
-/// Rows are those of the leading stream's file. A pose takes the samples of a stream in this file
-/// by row. It takes those of a stream in another file by time, from half a sampling interval of the
-/// leading stream before the pose until half an interval after it.
+/// Rows are counted in the leading stream's file. A pose takes the samples of a stream in this file
+/// by row, and the samples of a stream in another file by time, from half a sampling interval of
+/// the leading stream before the pose until half an interval after it.
 class GivenPoses : public RestFinder {
  public:
   /// `monitor` is that of the leading stream and belongs to the caller. `key`: the ranges' name in
-  /// messages. `origins`: none, or one for each range; either all have times, or all ranges are by
-  /// rows.
+  /// messages. `origins`: empty, or one for each range. Either all origins have times, or none has
+  /// and the ranges are by rows.
   GivenPoses(const PoseSelection& selection,
              const RecordingInfo& info,
              Triad leading,
@@ -42,7 +42,8 @@ class GivenPoses : public RestFinder {
 
   /// Error: a missing pose column, ranges out of file order, or fewer than one row per pose.
   Status Validate() const override;
-  /// Error: each of more than kMostRowsAsRests rows is a rest, although there is a gyroscope.
+  /// Error: over kMostRowsAsRests single rows are selected as rests, but a gyroscope needs turns
+  /// between rests.
   Status Add(const std::vector<SampleBlock>& blocks) override;
   const std::vector<CollectedPose>& poses() const override { return poses_; }
   /// Unset before the first sample.

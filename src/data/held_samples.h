@@ -20,15 +20,17 @@ inline constexpr std::size_t kMostHeldSamples = 262144;
 /// Number of samples that sources hand over at once: 32 kB per column, which the cache holds.
 inline constexpr std::size_t kBlockSamples = 4096;
 
-/// Readings number [begin, end) of a block; columns that it lacks stay empty.
+/// The readings begin, …, end - 1 of a block; columns that the block lacks stay empty.
 SampleBlock PieceOf(const SampleBlock& block, std::size_t begin, std::size_t end);
 
-/// Number of readings that determine a stream's smallest step: if noise has a σ of 100 steps,
-/// neighbours differ by one step in one of √π σ = 177 readings, 113 times in this number.
+/// Number of readings from which a stream's smallest step is determined. If the noise has a σ of
+/// 100 steps, one of √π σ = 177 readings differs from the one before by one step; of this number,
+/// 113 do.
 inline constexpr std::int64_t kStepReadings = 20000;
 
-/// The smallest change between consecutive `values`, or `step` if this is less; `before` precedes
-/// the first value. Changes below 1e-9 of the `largest` reading are rounding of a conversion.
+/// The smaller one of `step` and the smallest change between consecutive readings, which are
+/// `before` and then `values`. Changes below 1e-9 of the `largest` reading are left out, as they
+/// are rounding of a conversion.
 inline double SmallestStep(std::span<const double> values,
                            double before,
                            double largest,
@@ -60,7 +62,8 @@ struct HeldSamples {
   }
 
  private:
-  // Calls `change` with each column and its member of SampleBlock; optional columns may be empty.
+  // Calls `change` with each column and the pointer to the same column of SampleBlock. Optional
+  // columns may be empty.
   template <typename Change>
   void EachColumn(const Change& change) {
     change(&time_ns, &SampleBlock::time_ns), change(&row, &SampleBlock::row);

@@ -31,21 +31,22 @@ constexpr std::size_t kFewestAbout = 6;
 constexpr std::size_t kTrimmed = 1;
 // The 14 readings left of 16 span 2.6 σ; this determines σ as well as 12 degrees of freedom do.
 constexpr double kSpreadSigmas = 2.6, kDof = 12.0;
-// Chosen: a word lies outside the range of its 16 neighbours by more than five times their spread.
-// If the neighbours move, their motion continues by one spread at most.
+// Chosen: a word is no reading if it is outside the range of its 16 neighbours by more than five
+// times their spread. If the unit moves, readings go on by one spread at most.
 constexpr double kFarSpreads = 5.0;
 // A row less likely than this is no reading: to lose one good row in a million is no loss.
 constexpr double kUnlikely = 1e-6;
-// If a zero is less likely as a reading than a third of the share of zero words, the probability
-// that it is a reading is below (1/3) / (1/3 + 1) = 1/4.
+// A zero is no reading if it is less likely as a reading than a third of the share of zero words.
+// The probability that it is a reading is then below (1/3) / (1/3 + 1) = 1/4.
 constexpr double kZeroShare = 1.0 / 3.0;
-// Chosen: up to three words in a row are judged as single errors. More may be a rest with this
+// Chosen: up to three consecutive words are judged as single errors. More may be a rest with this
 // reading, and then only noise and distance count.
 constexpr std::size_t kFewInARow = 3;
-// Chosen: a row of one nonzero word is no reading if an axis is half a spread outside its range.
+// Chosen: a row in which all axes read the same nonzero word is no reading if, on an axis, the word
+// is outside the range of its neighbours by over half a spread.
 constexpr double kApartSpreads = 0.5;
-// Chosen: readings that spread over fewer steps are those of a rest, where a reading may lie half a
-// spread outside by chance.
+// Chosen: if the readings around a word spread over fewer steps, the unit rests, and a reading may
+// lie half a spread outside by chance.
 constexpr double kSomeSteps = 20.0;
 
 // Whether drivers or file formats write this value in place of a missing reading: zero, the limits
@@ -58,7 +59,7 @@ bool IsWord(double value) {
   return size == 99999.0 || size == 2147483647.0 || size == 2147483648.0 || size >= kNoSensorReads;
 }
 
-// All axes read the same.
+// Whether all axes read the same.
 bool IsOneWord(const Eigen::Vector3d& reading) {
   return reading.x() == reading.y() && reading.y() == reading.z();
 }
@@ -95,8 +96,8 @@ Spread SpreadOf(const AboutWord& about, int axis) {
   return {values[kTrimmed], values[values.size() - 1 - kTrimmed], about.step[axis]};
 }
 
-// Whether a row cannot be a reading. An axis of `reading` is a word, or all axes are equal; this
-// alone is no evidence: a gyroscope at rest may read 0, 0, 0.
+// Whether a suspected row cannot be a reading. An axis of `reading` is a word, or all axes are
+// equal. This alone proves nothing: a gyroscope at rest may read 0, 0, 0.
 bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
   // StreamMonitor refuses readings that are not finite.
   if (!reading.allFinite()) return false;
@@ -114,7 +115,7 @@ bool IsNoReading(const Eigen::Vector3d& reading, const AboutWord& about) {
     if (one_word && spread.width() >= kSomeSteps * spread.step) apart = std::max(apart, off);
     chance *= spread.TailOf(reading[axis]) * (few ? spread.StepShare() : 1.0);
   }
-  // If readings have no noise, many such rows are a simulated rest between constant rates.
+  // Many suspected rows among readings without noise are a simulated rest between constant rates.
   if (!has_noise && !few) return false;
   if (farthest > kFarSpreads) return true;
   if (!one_word) return false;
@@ -145,7 +146,7 @@ void RowScreen::WatchSteps(const SampleBlock& block) {
   rows_seen_ += static_cast<std::int64_t>(block.x.size());
 }
 
-// Whether any row may be a word; without branches for speed, as most blocks have none.
+// Whether any row may have a word. There are no branches, for speed, as most blocks have none.
 bool RowScreen::MayHaveSuspects(const SampleBlock& block) const {
   int found = 0;
   for (std::size_t i = 0; i < block.x.size(); ++i) {
@@ -203,7 +204,7 @@ void RowScreen::Remember(const Eigen::Vector3d& reading) {
 }
 
 // Good readings about a word: those kept before it, and unsuspected ones from `begin` on.
-// `is_enough`: later rows will not add to them.
+// `is_enough` is set if later rows will add no more.
 std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* is_enough) const {
   std::vector<Eigen::Vector3d> about = history_;
   const Eigen::Vector3d before = history_.empty() ? Nowhere() : history_.back();
@@ -219,8 +220,8 @@ std::vector<Eigen::Vector3d> RowScreen::ReadingsAbout(std::size_t begin, bool* i
   return about;
 }
 
-// Whether suspected rows differ by a few steps from one to the next, as the readings of a coarse
-// sensor at rest do; error words do not.
+// Whether a suspected row differs by a few steps from the row before. The readings of a coarse
+// sensor at rest do so; error words do not.
 bool RowScreen::IsCoarseRest(std::size_t begin, std::size_t end) const {
   for (std::size_t i = begin + 1; i < end; ++i) {
     const Eigen::Array3d change = (rows_.reading(i) - rows_.reading(i - 1)).cwiseAbs();

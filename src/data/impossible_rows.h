@@ -17,24 +17,22 @@
 
 namespace truetriad {
 
-/// No sensor has a reading of this size in any unit; squares of smaller values (to 1e60) fit into a
-/// double.
+/// No sensor reads this much in any unit. Squares of smaller values, up to 1e60, fit into a double.
 inline constexpr double kNoSensorReads = 1e30;
 
-/// Removes from one stream the rows that are no readings but error words, which a driver or a bus
-/// writes in place of a reading.
+/// Removes error words from one stream: rows that a driver or a bus writes in place of a reading.
 class RowScreen {
  public:
   explicit RowScreen(Triad triad) : triad_(triad) {}
 
-  /// Whether the next block has no suspected word and nothing is held back; the caller then uses
-  /// the block as it is and calls Accept.
+  /// True if the next block has no suspected word and no row is held back. The caller then calls
+  /// Accept and uses the block as it is. Otherwise the caller calls Hold, then Judge.
   bool IsClean(const SampleBlock& block);
   void Accept(const SampleBlock& block);
   /// Copies the block into the rows that are held back.
   void Hold(const SampleBlock& block) { rows_.Append(block); }
-  /// Judges the held rows that can be judged (at the end: all), and returns them without words.
-  /// Valid until the next call.
+  /// Judges the held rows as far as possible; `at_end`: all rows. Returns the judged rows without
+  /// error words; they stay valid until the next call.
   SampleBlock Judge(bool at_end);
   bool is_empty() const { return rows_.size() == handed_; }
 
@@ -54,7 +52,7 @@ class RowScreen {
 
   Triad triad_;
   HeldSamples rows_;                      // Rows handed over last, then rows held back.
-  std::size_t handed_ = 0;                // Number of rows_ that were handed over.
+  std::size_t handed_ = 0;                // Number of rows in rows_ that were handed over.
   std::vector<Eigen::Vector3d> history_;  // The last readings that were kept.
   // Per axis: smallest change between neighbouring rows above rounding, and largest reading.
   Eigen::Vector3d step_ = Eigen::Vector3d::Constant(1e300);
@@ -71,7 +69,8 @@ class ImpossibleRows {
  public:
   /// Removes error words from `blocks`, which stay valid until the next call.
   void Apply(std::vector<SampleBlock>* blocks);
-  /// At the end: gives the rows that were held back.
+  /// At the end of the recording: replaces `blocks` by the rows that were held back, without error
+  /// words.
   void Flush(std::vector<SampleBlock>* blocks);
   Findings Left() const;
 

@@ -16,18 +16,18 @@
 namespace truetriad {
 namespace {
 
-// At a joint, gravity turns by over 20 deg more than 1.5 times the angle that the gyroscope gives:
-// bias, misalignment and bandwidth explain less than 20 deg, and gains are above 1 / 1.5.
+// A joint is found if gravity turns by over 20 deg plus 1.5 times the angle that the gyroscope
+// gives. Bias, misalignment and bandwidth explain less than 20 deg, and gains are above 1 / 1.5.
 constexpr double kUnexplainedRad = 0.35, kGainOff = 1.5;
 // Number of readings before and after a joint whose medians are compared; a spike does no harm.
 constexpr std::size_t kReadings = 3;
-// Chosen: a joint lies between two readings, so one step makes 60 % of the change. A turn takes
-// several steps, also if a wrong gain or unit of the gyroscope leaves it unexplained.
+// Chosen: at a joint, one step from a reading to the next makes over 60 % of the change. A turn
+// takes several steps, even if a wrong gain or unit of the gyroscope leaves it unexplained.
 constexpr double kAtOnce = 0.6;
 
 struct Field {
   const std::vector<Eigen::Vector3d>& readings;  // At the times of the gyroscope.
-  double strength_raw = 0.0;                     // An upper bound.
+  double strength_raw = 0.0;                     // An upper bound of gravity or field.
   std::size_t spacing = 1;                       // Gyroscope readings per reading of the field.
 };
 
@@ -59,7 +59,7 @@ double GravityRaw(const StreamSummary& accelerometer) {
   return unit.is_counts ? HalfRange(accelerometer) : kStandardGravityMps2 / unit.truth_per_raw;
 }
 
-// Number of gyroscope rows from one new reading of a sensor to the next, or per new reading of the
+// Number of gyroscope rows between new readings of a sensor, or between new readings of the
 // gyroscope if that is more.
 std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscope) {
   if (!(stream.rate_hz > 0.0)) return 1;
@@ -68,8 +68,8 @@ std::size_t SpacingOf(const StreamSummary& stream, const StreamSummary& gyroscop
   return std::max<std::size_t>(1, std::lround(std::ceil(rows - 0.1)));
 }
 
-// The readings that joints are sought in; unset without accelerometer, or with a gyroscope in
-// counts, which give no angle.
+// The readings in which joints are sought. Unset if there is no accelerometer, or if the gyroscope
+// is in counts, which give no angle.
 std::optional<Readings> ReadingsOf(const PoseSet& set,
                                    const std::vector<std::int64_t>& time_ns,
                                    const std::vector<Eigen::Vector3d>& gyroscope_raw,
@@ -149,7 +149,7 @@ std::optional<FoundJoint> JointAt(const Readings& readings, std::size_t at) {
   return FoundJoint{at, turned, way};
 }
 
-// All joints that gravity and field show; of overlapping joints, the one with the largest step.
+// All joints that gravity and field show. Of overlapping joints, only the largest step is kept.
 std::vector<FoundJoint> JointsOf(const Readings& readings) {
   std::vector<FoundJoint> joints;
   if (!readings.magnetometer) return joints;
@@ -170,7 +170,7 @@ std::vector<FoundJoint> JointsOf(const Readings& readings) {
   return joints;
 }
 
-// A joint between two rests: gravity turned in one step by more than the gyroscope explains.
+// Finds a joint between two rests: gravity turned in one step by more than the gyroscope explains.
 std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
                                             const Eigen::Vector3d& before_raw,
                                             const Eigen::Vector3d& after_raw) {
@@ -180,7 +180,7 @@ std::optional<FoundJoint> JointBetweenRests(const Readings& readings,
   if (!(turned > kUnexplainedRad)) return std::nullopt;
   const double way = WayOf(readings, 0, readings.size() - 1);
   if (IsExplained(turned, way)) return std::nullopt;
-  // A sensor with so few readings between the rests shows any turn as one step.
+  // If a sensor has fewer readings between the rests, any turn shows as one step.
   if (readings.size() < kReadings * gravity.spacing) return std::nullopt;
   std::size_t at = 0;
   for (std::size_t i = 1; i + 1 < readings.size(); ++i) {

@@ -105,8 +105,8 @@ Status CheckIsHeld(const StatedRate& rate, const TriadPoseMoments& moments, cons
 }
 
 // Checks the ends of all intervals together. An acceleration of the table, or a low-pass, makes the
-// ends of all intervals differ from their middles by one share of the rate. A regression on the
-// rate finds this share; bias and drift do not change it.
+// ends of all intervals differ from their middles by the same share of the rate. A regression on
+// the rate finds this share; bias and drift do not change it.
 Status CheckRamps(const std::vector<PerTriad<TriadPoseMoments>>& turning, const PoseSet& set) {
   for (const bool is_first : {true, false}) {
     std::vector<Eigen::Vector3d> rates, missing;
@@ -248,7 +248,7 @@ Status RateMeans::Finish(const PerTriad<Eigen::Vector3d>& resolution_raw,
   moments->resize(kept);
   if (kept > 0) {
     FillCovariances(*moments, resolution_raw, set);
-    // One bound of the shift of a mean holds for rests and rates, so the larger of both is kept.
+    // Rests and rates share one bound for the shift of their means, so the larger bound is kept.
     for (std::size_t i = 0; i < set->streams.size(); ++i) {
       Eigen::Vector3d& shift = set->streams[i].one_sided_raw;
       const Eigen::Vector3d& turned = turning.streams[i].one_sided_raw;

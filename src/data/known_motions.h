@@ -13,7 +13,7 @@
 
 namespace truetriad {
 
-/// Averages the readings over the rows or times of stated rates, as GivenPoses does for rests.
+/// Averages the readings during stated rates, over rows or times, as GivenPoses does for rests.
 class RateMeans {
  public:
   /// `monitor` is that of the leading stream and belongs to the caller.
@@ -35,17 +35,18 @@ class RateMeans {
 
  private:
   std::vector<StatedRate> rates_;
-  // Numbers of the rates that are not at a pose, in file order.
+  // Indices in rates_ of the rates that are stated by rows or by time, in order of the recording.
   std::vector<std::size_t> stretches_;
   std::optional<GivenPoses> means_;
 };
 
-/// Places of the stated turns, then of the stated rates, that are by rows or time: their readings
-/// are kept.
+/// The places that are stated by rows or by time, first those of turns, then those of rates. The
+/// readings at these places must be kept.
 std::vector<MotionPlace> SpansToKeep(const PoseSelection& selection);
 
-/// Fills in set->turns from `recorder`, and sets the fault of moves in which a rate was held and of
-/// turns that are cut. Error: a turn is outside of the log, or has no pose before or after it.
+/// Fills in set->turns from `recorder`. Sets the fault of moves in which a rate was held, and of
+/// turns whose begin or end is cut off. Error: a turn is outside of the log, or has no pose before
+/// or after it.
 Status FinishTurns(const PoseSelection& selection, const MoveRecorder& recorder, PoseSet* set);
 
 /// If a known turn's rows or times begin or end while the unit still turns, a part of its angle is

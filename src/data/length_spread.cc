@@ -8,7 +8,7 @@
 namespace truetriad {
 namespace {
 
-// The largest number of readings kept. Half of them, which thinning leaves, give the spread of
+// The largest number of readings kept. Thinning leaves half of them, which give the spread of
 // lengths to 5 %.
 constexpr std::size_t kMostKept = 1024;
 
@@ -38,7 +38,7 @@ LengthSpread::Half LengthSpread::ShortestHalf() const {
   }
   half.length = 0.5 * (sorted[best].norm() + sorted[best + further].norm());
   if (!(half.length > 0.0)) return half;
-  // Half of normal errors e lie within median |e| of their middle.
+  // Half of normal errors lie within the median absolute error, so the width is twice this median.
   half.scatter = 0.5 * kMadToSigma * width(best) / half.length;
   Eigen::Vector3d least = sorted[best], most = sorted[best];
   for (std::size_t i = best; i <= best + further; ++i) {

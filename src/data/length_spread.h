@@ -9,9 +9,9 @@
 
 namespace truetriad {
 
-/// Robust length of a stream's readings, and the scatter of their lengths, which shows whether
-/// readings were normalised even if there are spikes and error words. Keeps 512 to 1024 readings,
-/// evenly spread over the stream.
+/// Estimates the length of a stream's readings, and the scatter of their lengths, robustly against
+/// spikes and error words. The scatter shows whether readings were normalised. Keeps 512 to 1024
+/// readings, evenly spread over the stream.
 class LengthSpread {
  public:
   void Add(const Eigen::Vector3d& reading) {
@@ -22,7 +22,7 @@ class LengthSpread {
   /// 1972). All zero before there are two readings.
   struct Half {
     double length = 0.0;   ///< Midpoint of the lengths in the half.
-    double scatter = 0.0;  ///< Sigma of all lengths if they are normal, as a share of `length`.
+    double scatter = 0.0;  ///< σ of all lengths if these are normal, as a share of `length`.
     /// Range of the half's readings per axis, as a share of `length`.
     Eigen::Vector3d extent = Eigen::Vector3d::Zero();
   };

@@ -50,7 +50,7 @@ double MedianBeside(const std::vector<double>& values, std::size_t i) {
 // Finds the outliers of one axis.
 class AxisScreen {
  public:
-  // `is_compared`: whether the readings beside a reading are its neighbours in time.
+  // `is_compared`: for each reading, whether no joint lies between it and the readings beside it.
   AxisScreen(const ReadingTrack& track,
              int axis,
              double resolution_raw,
@@ -60,7 +60,8 @@ class AxisScreen {
     Compare(is_compared);
   }
 
-  // Whether reading i is a spike. In a fast move between rests, readings beside it are as far off.
+  // Whether reading i is a spike: far from its neighbours, and farther than they are from theirs.
+  // In a fast move between rests, the neighbours are as far off.
   bool IsSpike(std::size_t i) const {
     if (!IsFar(i)) return false;
     std::array<double, 2 * kEachSide> beside = Beside(off_, i);
@@ -111,7 +112,7 @@ class AxisScreen {
   double resolution_raw_;
   std::vector<double> values_;
   std::vector<double> off_;    // Differences from the median of the neighbours.
-  std::vector<double> sigma_;  // Largest σ of off_ in each group and those beside it.
+  std::vector<double> sigma_;  // For each group, the largest σ of off_ in it and beside it.
 };
 
 void Bridge(std::size_t begin, std::size_t end, ReadingTrack* track) {
@@ -149,10 +150,11 @@ struct SpikeScreen {
   Eigen::Vector3d one_sided_raw = Eigen::Vector3d::Zero();
 };
 
-// Replaces each spike by linear interpolation, as integration bridges a missing reading of a
-// gyroscope. The difference of a reading from the median of three readings on each side is compared
-// with the scatter around it, so that a hard move does not look like spikes. `resolution_raw`: the
-// sensor's smallest step. Readings on different sides of a joint are no neighbours.
+// Replaces each spike by linear interpolation; integration bridges a missing gyroscope reading in
+// the same way. The difference of a reading from the median of three readings on each side is
+// compared with the scatter of such differences around it, so that a hard move does not look like
+// spikes. `resolution_raw`: the sensor's smallest step. Readings on different sides of a joint are
+// no neighbours.
 SpikeScreen ReplaceSpikes(const Eigen::Vector3d& resolution_raw,
                           const std::vector<RecordingJoint>& joints,
                           ReadingTrack* track) {

@@ -19,8 +19,8 @@ namespace {
 
 // kLongestMoveS in nanoseconds, the unit of the times.
 constexpr auto kLongestMoveNs = static_cast<std::int64_t>(1e9 * MoveRecorder::kLongestMoveS);
-// Chosen: a share of the widest axis's range. If an extreme is nearer to a move's first reading
-// than this, it is no limit.
+// Chosen: a share of the widest axis's range. An extreme that is nearer than this to a move's first
+// reading is no limit of the sensor.
 constexpr double kAtRestShare = 0.25;
 
 std::string Seconds(double value) { return RoundedText(value, value < 1000.0 ? 3 : 6) + " s"; }
@@ -72,7 +72,7 @@ std::optional<Finding> Fault(const RecordedMove& move,
 MoveRecorder::MoveRecorder(Triad leading, const std::vector<MotionPlace>& spans)
     : leading_(leading) {
   for (ReadingTrack& track : tracks_) {
-    // 22 minutes at 100 Hz; pages that are never written cost nothing.
+    // Memory for 22 minutes at 100 Hz; pages that are never written cost nothing.
     track.time_ns.reserve(kMostHeldSamples / 2);
     track.reading_raw.reserve(kMostHeldSamples / 2);
   }

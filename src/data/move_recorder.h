@@ -29,18 +29,19 @@ class MoveRecorder {
 
   void Add(const SampleBlock& block);
 
-  /// Drops the readings inside `pose`, the next one that is complete.
+  /// Drops the readings inside `pose`, which is the next complete pose.
   void DropRest(const StaticPose& pose);
 
   /// Drops the readings before this time that are more than kLongestMoveS after the last complete
   /// pose. All poses that end before this time must be known.
   void DropLongMove(std::int64_t judged_before_ns);
 
-  /// The moves between consecutive poses of `set`, in order, with a fault if there is one.
+  /// The moves between consecutive poses of `set`, in order. A move that cannot be used has a
+  /// fault.
   std::vector<RecordedMove> Moves(const PoseSet& set) const;
 
-  /// The readings in each span, in the order in which spans were stated, with a fault if there is
-  /// one.
+  /// The readings in each span, in the order in which spans were stated. A span that cannot be used
+  /// has a fault.
   std::vector<RecordedMove> Spans(const PoseSet& set) const;
 
   /// The last row read of the leading stream's file; -1 before the first one.
@@ -59,15 +60,16 @@ class MoveRecorder {
   };
   struct Span {
     RowSpan rows;
-    std::int64_t start_ns = 0, end_ns = -1;  // Times of its rows read so far, or as stated.
+    std::int64_t start_ns = 0, end_ns = -1;  // Times of the rows read so far, or as stated.
     bool is_by_row = true;
   };
 
-  // Removes all readings inside the stretches to drop, except the first and last reading of each,
-  // which end the turns beside it, and except the readings in a span and one more on each side.
+  // Removes the readings inside the stretches of to_drop_. Keeps the first and last reading of each
+  // stretch, as the turns beside it end there, and the readings in a span with one more on each
+  // side.
   void Compact(ReadingTrack* track) const;
 
-  // The gyroscope's move from the reading at `first` to the one before `last`.
+  // The move with the gyroscope's readings in [first, last).
   using Time = std::vector<std::int64_t>::const_iterator;
   RecordedMove Cut(Time first, Time last, const StreamSummary& gyroscope) const;
 

@@ -168,8 +168,8 @@ Status DescribeRecording(const SampleSource& source,
   return {};
 }
 
-// Drops the temperature of a disconnected thermometer or an empty column: no unit is at exactly
-// 0 degC (or 0 K) throughout, and the calibration would be attributed to that temperature.
+// If the temperature is exactly 0 degC or 0 K throughout, drops it: the thermometer is disconnected
+// or the column empty, and the calibration would be attributed to this temperature.
 void DropDeadTemperature(PoseSet* set) {
   if (!set->temperature_range_degc || !set->sweep.temperature.empty()) return;
   const double lowest = (*set->temperature_range_degc)[0];

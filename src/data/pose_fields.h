@@ -10,7 +10,7 @@
 
 namespace truetriad {
 
-// The fields of pose sets in the output of commands, and of pose programs (tree/fields.h).
+// Lists of fields (tree/fields.h): of pose sets in the output of commands, and of pose programs.
 
 /// A stream or a pose of a set, and whether the set has times.
 template <typename T>

@@ -14,16 +14,18 @@
 namespace truetriad {
 namespace {
 
-// Chosen: with 50 windows or more, one-sided outliers show if mid-ranges differ from means by 4 σ
-// and by 5 % of a reading's noise. The mean shifts by half of this difference at most.
+// Chosen: one-sided outliers are assumed if there are 50 windows or more, and if mid-ranges differ
+// from means by over 4 σ and over 5 % of a reading's noise. The mean shifts by at most half of this
+// difference.
 constexpr double kFewestOneSided = 50.0, kOneSidedSigmas = 4.0, kOneSidedShare = 0.05,
                  kOneSidedMean = 0.5;
 
-// Variances are compared if both have 8 degrees of freedom or more; σ is then half of the variance.
+// Variances are compared if both have 8 degrees of freedom or more; the σ of a variance is then at
+// most half of it.
 constexpr double kEnoughDof = 8.0;
-// Longer batches are used if white noise would give their variance in one set of 1000 at most.
+// Longer batches are used if their larger variance would be chance in one set of 1000 at most.
 constexpr double kLongerBatchLevel = 1e-3;
-// The significance at which a pose is noisier than the others: small, as a set has many poses.
+// Significance level for a pose that is noisier than the others; low, as a set has many poses.
 constexpr double kNoisierLevel = 1e-6;
 // Chosen: a noisier pose has at least 1.5 times the variance (1.22 times the σ) of the others; less
 // is harmless.
@@ -173,8 +175,8 @@ Eigen::Vector3d OneSidedShift(const std::vector<const TriadPoseMoments*>& poses,
   return shift;
 }
 
-// `deviation`: σ of the pose's mean. The variance of the mean of a quarter is four times as large,
-// that of the middle half twice as large.
+// `deviation`: σ of the pose's mean. The mean of a quarter has four times the variance of the
+// pose's mean, and the mean of the middle half has twice that variance.
 void AddQuarters(const TriadPoseMoments& moments,
                  const Eigen::Vector3d& deviation,
                  double duration_s,

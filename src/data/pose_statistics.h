@@ -14,7 +14,8 @@
 
 namespace truetriad {
 
-/// Scatter of the means of equally long batches of samples about a line in time, per axis.
+/// Scatter of batch means about a straight line in time, per axis. A batch is a number of
+/// consecutive windows, the same number for all batches.
 struct BatchScatter {
   Eigen::Array3d residual_square = Eigen::Array3d::Zero();  ///< Sum of squares * samples per batch.
   double dof = 0.0;
@@ -23,7 +24,7 @@ struct BatchScatter {
     residual_square += other.residual_square;
     dof += other.dof;
   }
-  /// Long-run variance of one sample as batches of this length show it; zero without dof.
+  /// Long-run variance of one sample, estimated from batches of this length; zero if dof is zero.
   Eigen::Array3d variance() const {
     return dof > 0.0 ? Eigen::Array3d(residual_square / dof)
                      : Eigen::Array3d(Eigen::Array3d::Zero());
@@ -49,7 +50,7 @@ struct TriadPoseMoments {
   Eigen::Vector3d maximum_raw = Eigen::Vector3d::Zero();
   Eigen::Matrix3d window_scatter_raw = Eigen::Matrix3d::Zero();  ///< About each window's mean.
   double window_dof = 0.0;
-  /// Sums over windows of d = mid-range (of the extremes) less mean, and of d^2.
+  /// Sums over windows of d and of d^2. d: the middle between the window's extremes, less its mean.
   Eigen::Array3d off_middle = Eigen::Array3d::Zero();
   Eigen::Array3d off_middle_square = Eigen::Array3d::Zero();
   std::int64_t windows = 0;
@@ -58,10 +59,10 @@ struct TriadPoseMoments {
   /// Number of windows that contain the pose's extreme reading, per axis.
   Eigen::Array3d at_minimum = Eigen::Array3d::Zero();
   Eigen::Array3d at_maximum = Eigen::Array3d::Zero();
-  /// Batches of 1, 2, 4, … windows.
+  /// Scatter of batches of 1, 2, 4, … windows.
   std::vector<BatchScatter> batches;
-  /// Means of the eighths less `mean_raw`, in order; empty if an eighth has fewer than two
-  /// segments.
+  /// Mean of each eighth less `mean_raw`, in time order; empty if the pose has fewer than two
+  /// segments for each eighth.
   std::vector<Eigen::Vector3d> eighths_raw;
   Eigen::Vector3d end_to_end_raw = Eigen::Vector3d::Zero();  ///< See TriadPose.
 };
@@ -74,7 +75,7 @@ inline Eigen::Array3d NoiseOfEighth(const TriadPoseMoments& moments) {
   return (moments.window_scatter_raw.diagonal().array() / moments.window_dof / readings).sqrt();
 }
 
-/// Least squares of values on time, updated one by one (West 1979).
+/// Sums for a least-squares line of values over time, updated value by value (West 1979).
 template <typename Value>
 struct RunningLine {
   explicit RunningLine(const Value& zero) : mean(zero), square(zero), product(zero) {}
@@ -98,7 +99,7 @@ struct RunningLine {
 class TriadPoseAccumulator {
  public:
   void Add(const TriadWindow& window);
-  /// Marks a gap or a knock, across which no batch reaches.
+  /// Marks a gap or a knock. No batch extends across it.
   void Break();
   TriadPoseMoments Finish() const;
   bool empty() const { return total_.count == 0; }
@@ -129,7 +130,7 @@ class TriadPoseAccumulator {
   std::int64_t segment_windows_ = 1, last_segment_windows_ = 0;
 };
 
-/// A pose under construction: windows go in, in time order for each triad.
+/// Builds a pose from windows, which are added in time order for each triad.
 class PoseAccumulator {
  public:
   void Add(Triad triad, const TriadWindow& window);
@@ -138,7 +139,8 @@ class PoseAccumulator {
     return triads_.items[0].empty() && triads_.items[1].empty() && triads_.items[2].empty();
   }
 
-  /// The pose without its covariances, which need all poses, and the moments for them.
+  /// Returns the pose without covariances, because these need all poses. Gives the moments from
+  /// which they are computed.
   StaticPose Finish(Triad leading, PerTriad<TriadPoseMoments>* moments) const;
 
  private:
@@ -165,17 +167,18 @@ void FillCovariances(const std::vector<PerTriad<TriadPoseMoments>>& moments,
                      const PerTriad<Eigen::Vector3d>& resolution_raw,
                      PoseSet* set);
 
-/// Mean square of the error that rounding to `step` adds to a mean of many readings, over all
-/// places between two steps. Widrow & Kollar 2008, sec. 9: the error is periodic in the place, with
-/// an amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without noise it is step^2/12.
-/// `variance` is that of rounded readings, which contains step^2/12. It must be pooled over all
-/// poses: in a single pose half-way between two steps readings scatter by half a step.
+/// Mean square of the error that rounding to `step` adds to a mean of many readings, averaged over
+/// all places of the true value between two steps. Widrow & Kollar 2008, sec. 9: the error is
+/// periodic in this place, with an amplitude that falls as exp(-2 pi^2 sigma^2/step^2); without
+/// noise, its mean square is step^2/12. `variance` is that of rounded readings, which contains
+/// step^2/12. It must be pooled over all poses: in a single pose half-way between two steps
+/// readings scatter by half a step.
 double RoundingVariance(double variance, double step);
 
-/// Like RoundingVariance, if all poses lie at one place between two steps, as a gyroscope's rests
-/// do. `mean` and `variance` are of the rounded readings. Half-way between two steps, readings
-/// scatter by half a step however small the noise is, so the noise that explains both values is
-/// sought.
+/// Like RoundingVariance, for poses that all lie at the same place between two steps, as a
+/// gyroscope's rests do. `mean` and `variance` are of the rounded readings. Half-way between two
+/// steps, readings scatter by half a step however small the noise is. So the function searches for
+/// the noise that explains both `mean` and `variance`.
 double RoundingVarianceAt(double mean, double variance, double step);
 
 /// Lowest, mean and highest temperature of the poses; unset if any pose has none.

@@ -44,7 +44,8 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
   };
   std::vector<EqualReadings> runs = RunsOfEquals(readings, axis, fewest);
   std::erase_if(runs, [&](const EqualReadings& run) {
-    // The place before the first reading counts as far, too: index 0 - 1 wraps to beyond the last.
+    // Before the first run, begin - 1 wraps to an index beyond the last reading, which counts as
+    // far.
     return readings[run.begin][axis] != limit || !(is_far(run.end) || is_far(run.begin - 1));
   });
   return runs;

@@ -21,14 +21,14 @@ inline constexpr std::size_t kSaturatedReadings = 3;
 // If neighbouring readings differ by over 1.5 steps, half-way from one to two, this is a jump.
 inline constexpr double kFarSteps = 1.5;
 
-/// Readings number [begin, end).
+/// Readings begin, …, end - 1 of a list, which are equal.
 struct EqualReadings {
   std::size_t begin, end;
 };
 
-/// The runs of at least kSaturatedReadings times `repeats` (StreamSummary) readings in which one
-/// axis stays on `limit`. If steps are coarse, the peak of a rate stays on one reading, too, but it
-/// comes and goes by one `step`; such runs are left out.
+/// Finds runs of readings in which `axis` stays on `limit`. A run has at least kSaturatedReadings
+/// times `repeats` (StreamSummary) readings. If steps are coarse, the peak of a rate stays on one
+/// reading, too, but it comes and goes by one `step`; such runs are left out.
 std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double step,
                                        Eigen::Index axis,
@@ -36,21 +36,22 @@ std::vector<EqualReadings> RunsAtLimit(double limit,
                                        double repeats);
 
 // A logger that is faster than a sensor repeats each reading until there is a new one. Such repeats
-// are no evidence of the sensor's noise, nor readings at the times of their stamps.
+// are no evidence of the sensor's noise, and were not taken at the times of their stamps.
 
-/// Appends the readings of a block, without their rows.
+/// Appends the times and readings of a block, but not its row numbers.
 void Append(const SampleBlock& block, ReadingTrack* track);
 
 /// Keeps the first of equal consecutive readings if `stream` usually repeats its readings. Returns
 /// how many readings were left out.
 std::size_t LeaveOutHeld(const StreamSummary& stream, ReadingTrack* track);
 
-/// If each row is a pose, so that neighbouring readings differ by many steps: the step of a triad's
-/// readings, the same for all axes; 0: no common step.
+/// The step of a triad's readings, one for all axes, if each row is a pose. Neighbouring readings
+/// then differ by many steps, so the step that all differences have in common is sought; 0: there
+/// is none.
 double StepOfRows(Triad triad, const std::vector<StaticPose>& poses);
 
-/// If each row is a pose: leaves out readings equal to those of the row before, and rows that
-/// become empty by this, with a finding.
+/// If each row is a pose: leaves out readings equal to those of the row before, and then rows
+/// without any reading. Adds a finding.
 void LeaveOutRepeats(PoseSet* set);
 
 }  // namespace truetriad

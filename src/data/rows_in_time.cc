@@ -14,10 +14,10 @@
 namespace truetriad {
 namespace {
 
-// Two readings are of one attitude if they differ by less than 1 degree (2 for the noisier
-// magnetometer), as a share of their length. One in ten thousand random attitudes is as close to
-// the attitude before. The field is compared, too: in a table of headings, 5 degrees apart, only
-// the field changes.
+// Two readings count as one attitude if they differ by less than this share of their length: 1
+// degree, or 2 for the noisier magnetometer. One in ten thousand random attitudes is as close to
+// the one before. The field is compared, too: in a table of headings, 5 degrees apart, only the
+// field changes.
 constexpr double kLikeForce = 0.0175, kLikeField = 0.035;
 
 // 5.7 deg/s: at rest no gyroscope differs more than a few deg/s from its bias.

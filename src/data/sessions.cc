@@ -163,7 +163,8 @@ void AppendPoses(PoseSet more, PoseSet* set) {
   set->sessions.push_back({more.source, numbers + 1, last});
 }
 
-// Takes the firmware's slots of the sensors from the last recording.
+// Merges `more`, the recording after those of `set`. The numbers that the firmware gives to its
+// sensors (slots) are taken from the last recording. A warning tells if a sensor's number changed.
 void TakePlacesOf(const PoseSet& more, PoseSet* set) {
   bool has_changed = false;
   for (const Triad triad : kTriads) {

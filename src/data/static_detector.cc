@@ -15,15 +15,15 @@ namespace {
 
 constexpr float kNever = std::numeric_limits<float>::infinity();
 
-// Chosen: the activity of a window is measured over the five windows around it, so that a rest
-// loses two windows at each end, its settling time.
+// Chosen: the activity of a window is measured over the five windows around it. So a rest loses two
+// windows at each end, in which the unit settles.
 constexpr std::size_t kSpan = 5;
 
 // Chosen, in log2 of variance: levels are tried in steps of a factor 1.4.
 constexpr double kLevelStep = 0.5;
 // Chosen: a number of rests that persists over a factor of 16 in variance has the full score.
 constexpr double kPersistentLevels = 4.0 / kLevelStep;
-// Chosen: a number that persists over less than a factor of 4 in variance is chance.
+// Chosen: a number of rests that persists over less than a factor of 4 in variance is chance.
 constexpr double kFewestLevels = 2.0 / kLevelStep;
 
 // A mean within 4 σ of its noise has not moved; white noise exceeds that once in 16000.
@@ -33,8 +33,8 @@ constexpr double kNoiseSigmas = 4.0;
 constexpr double kSteadyShare = 0.01;
 // Chosen: a rest may also drift thermally, by this share of the range in a second: 0.1 mg/s of 2 g.
 constexpr double kThermalShareHz = 5e-5;
-// Chosen: shares of the range, 2 g. Before and after a knock attitudes are the same if they differ
-// by up to 6 mg (0.3 deg); a tilt by more than 0.1 g (6 deg) during the knock is handling.
+// Chosen: shares of the range, 2 g. Attitudes before and after a knock are the same if they differ
+// by up to 6 mg (0.3 deg). A tilt by more than 0.1 g (6 deg) during the knock is handling.
 constexpr double kSameAttitudeShare = 0.003, kHandledShare = 0.05;
 // Chosen: the heading is the same if the gyroscope's integral about each axis is up to 2.9 deg. If
 // the unit is unknown, the limit is 0.02 s times the range of the readings.
@@ -56,7 +56,7 @@ Eigen::Vector3d MeanOf(const std::vector<TriadWindow>& windows,
   return origin + sum / std::max(samples, 1.0);
 }
 
-// Variance of MeanOf by the scatter within windows, which includes spikes, but not slow turns.
+// Variance of MeanOf, from the scatter within windows. This includes spikes, but not slow turns.
 Eigen::Array3d MeanVarianceOf(const std::vector<TriadWindow>& windows,
                               std::size_t begin,
                               std::size_t end) {
@@ -107,7 +107,7 @@ double TotalVariance(const std::vector<TriadWindow>& windows, std::size_t begin,
   return scatter / std::max(samples - 1.0, 1.0);
 }
 
-// Lower and upper end of `values` without a share of 1 % on each side.
+// Lower and upper end of `values` after the lowest and the highest 1 % are left out.
 std::pair<double, double> CentralRange(std::vector<double>* values) {
   const auto tail = static_cast<std::ptrdiff_t>(values->size() / 100);
   const auto low = values->begin() + tail, high = values->end() - 1 - tail;
@@ -136,8 +136,8 @@ std::vector<Rest> StaticDetector::Find(const WindowBuffer& buffer, std::size_t c
   MeasureActivity(buffer, count);
   WidenRangeIfQuietThroughout(buffer);
   std::vector<Rest> rests = RestsBelow(buffer, ChooseLevel(buffer));
-  // If turns are used, shorter rests are cut, too: motion inside the ends of a rest is missing from
-  // the turns beside it. Otherwise a whole short rest has a better mean than its middle.
+  // If turns are used, ends are cut off shorter rests, too: motion inside a rest is missing from
+  // the turn beside it. Otherwise a short rest stays whole, since this improves its mean.
   const std::size_t fewest = (options_.has_turns ? 2 : 4) * kSpan;
   for (Rest& rest : rests) {
     for (const DetectorTriad& known : triads_) {
@@ -172,7 +172,7 @@ void StaticDetector::UpdateRange(const WindowBuffer& buffer, std::size_t count) 
 
 void StaticDetector::MeasureActivity(const WindowBuffer& buffer, std::size_t count) {
   activity_.assign(count, kNever);
-  std::size_t whole = 0;  // Consecutive windows with all triads up to here.
+  std::size_t whole = 0;  // Number of consecutive windows up to here that have all triads.
   for (std::size_t last = 0; last < count; ++last) {
     bool good = true;
     for (const DetectorTriad& known : triads_) {
@@ -184,8 +184,8 @@ void StaticDetector::MeasureActivity(const WindowBuffer& buffer, std::size_t cou
     double product = 1.0;
     for (const DetectorTriad& known : triads_) {
       const double range = range_raw_[known.triad];
-      // A reading that stays on one step has the variance of rounding. If readings have no noise
-      // (simulated), the logarithm of zero must not be taken.
+      // Readings that stay on one step have the variance of rounding. The other terms avoid the
+      // logarithm of zero, as simulated readings may have no noise.
       const double floor = known.resolution_raw.squaredNorm() / 12.0 + 1e-12 * range * range +
                            std::numeric_limits<double>::min();
       product *= floor + TotalVariance(buffer.windows(known.triad), last + 1 - kSpan, last + 1);
@@ -243,7 +243,7 @@ double StaticDetector::ChooseLevel(const WindowBuffer& buffer) const {
       if (rests[begin] < number) continue;
       std::size_t end = begin + 1;
       while (end < rests.size() && rests[end] >= number) ++end;
-      const bool reaches_top = end == rests.size();  // As many rests remain at any level above.
+      const bool reaches_top = end == rests.size();  // This holds at every higher level, too.
       const auto width = static_cast<double>(end - begin) + (reaches_top ? kPersistentLevels : 0.0);
       const double first_level = lowest + kLevelStep * static_cast<double>(begin);
       begin = end;
@@ -311,9 +311,10 @@ bool StaticDetector::CutUnsteadyEnds(const WindowBuffer& buffer, WindowRun* run)
   return mostly_steady && !is_away(cut.first + third) && !is_away(cut.first + 2 * third);
 }
 
-// If a rest has `fewest` windows or more, cuts up to a quarter at each end, as long as the mean
-// there differs from the middle half by over 4 times both the noise and the drift of this half. A
-// steady drift is not cut: at the ends it is 3.5 times its RMS in the middle half.
+// If a run has `fewest` windows or more, cuts up to a quarter of it at each end. Windows there are
+// cut while their mean differs from that of the middle half by over 4 times the noise and over 4
+// times the drift of this half. A steady drift is not cut: at the ends it is 3.5 times its RMS in
+// the middle half.
 void StaticDetector::CutSettling(const std::vector<TriadWindow>& windows,
                                  std::size_t fewest,
                                  WindowRun* run) {
@@ -410,7 +411,7 @@ bool StaticDetector::WasHandled(const WindowBuffer& buffer,
 bool StaticDetector::IsLongEnough(const Rest& rest) const {
   std::size_t windows = 0;
   for (const auto& [begin, end] : rest.runs) windows += end - begin;
-  // Half a window of tolerance: a whole number of windows is rarely the duration exactly.
+  // Half a window of tolerance, since a rest is measured in whole windows.
   return (static_cast<double>(windows) + 0.5) * window_s_ >= options_.min_duration_s;
 }
 

@@ -60,9 +60,9 @@ class StaticDetector {
   /// calls, so that a long recording can be read in parts.
   std::vector<Rest> Find(const WindowBuffer& buffer, std::size_t count);
 
-  /// True if `earlier` and `later`, both in `buffer`, are one rest interrupted by a knock: a short
-  /// disturbance with the same attitude before and after it, including the heading if a sensor
-  /// shows that, and with at most a small tilt during it.
+  /// True if `earlier` and `later`, both in `buffer`, are one rest that a knock interrupts: a short
+  /// disturbance with at most a small tilt. The attitude must be the same before and after it, and
+  /// so must the heading if a sensor shows the heading.
   bool IsKnock(const WindowBuffer& buffer, const WindowRun& earlier, const WindowRun& later) const;
 
  private:

@@ -22,9 +22,10 @@ namespace {
 
 // Chosen: number of samples that determine the usual interval despite irregular first packets.
 constexpr std::size_t kSpacingSamples = 1024;
-// Chosen: fewer equal readings in a row (or in all) can be chance.
+// Chosen: if fewer readings are equal, this can be chance.
 constexpr std::int64_t kFewestStuckSamples = 20;
-// If σ is one step, up to 38 % of readings are rounded alike, and twenty once in 10^8.
+// If σ is one step, at most 38 % of readings are rounded to the same value. Twenty in a row are
+// rounded so once in 10^8.
 constexpr double kStuckNoiseSteps = 1.0;
 std::string Seconds(std::int64_t from_ns, std::int64_t to_ns) {
   return Format("%.2f s", 1e-9 * static_cast<double>(to_ns - from_ns));
@@ -108,8 +109,8 @@ Status StreamMonitor::Add(const SampleBlock& block) {
   return {};
 }
 
-// Times have been shifted by time_offset_s here; the gap that an excluded range leaves overlaps
-// with the range nevertheless, unless the offset is longer than the gap.
+// Times here were shifted by time_offset_s; excluded ranges were not. The gap that an excluded
+// range leaves overlaps with the range nevertheless, unless the offset is longer than the gap.
 bool StreamMonitor::IsExcludedBetween(std::int64_t from_ns, std::int64_t to_ns) const {
   return std::any_of(excluded_.begin(), excluded_.end(), [&](const ExcludedRange& range) {
     return range.times.start_ns <= to_ns && from_ns <= range.times.end_ns;
@@ -144,9 +145,9 @@ Eigen::Vector3d StreamMonitor::resolution_raw() const {
   return (resolution_raw_.array() < 1e300).select(resolution_raw_, 0.0);
 }
 
-// Finds each axis's reading with a majority of all repeats, if there is one (Boyer and Moore 1981),
-// and counts runs of equal readings that begin and end with a jump; a coarse sensor at rest has
-// runs too, but leaves them by one step.
+// Finds, per axis, the reading with a majority of all repeats, if there is one (Boyer and Moore
+// 1981). Counts runs of equal readings that begin and end with a jump. A coarse sensor at rest has
+// runs, too, but they end by one step.
 void StreamMonitor::WatchEquals(const SampleBlock& block) {
   for (std::size_t i = 0; i < block.x.size(); ++i) {
     const Eigen::Vector3d reading(block.x[i], block.y[i], block.z[i]);
@@ -177,7 +178,7 @@ void StreamMonitor::WatchEquals(const SampleBlock& block) {
   }
 }
 
-// Median length of the runs, rows.
+// Median number of rows in the runs; 1 if there are too few runs.
 double StreamMonitor::UsualRepeats() const {
   constexpr std::int64_t kFewestRuns = 8;  // Chosen: their median is good to one or two rows.
   const std::int64_t all = std::accumulate(runs_.count.begin(), runs_.count.end(), std::int64_t{0});
@@ -188,8 +189,8 @@ double StreamMonitor::UsualRepeats() const {
 }
 
 Eigen::Vector3d StreamMonitor::rest_step_raw() const {
-  // Chosen: another reading follows that of a dead band eight times or more; that of a stuck sensor
-  // once, of a faulty bus a few times.
+  // Chosen: readings leave the value of a dead band eight times or more. They leave that of a stuck
+  // sensor once, and that of a faulty bus a few times.
   constexpr std::int64_t kFewestTimes = 8;
   const Eigen::Vector3d step = resolution_raw();
   if (info_.triad != Triad::kGyroscope) return step;
@@ -292,7 +293,7 @@ bool IsFlat(const TriadPoseMoments& pose, int axis) {
 
 // Median noise of the poses in which the axis changes; 0 if there are none. Noise pooled over all
 // poses would be too low, since clipped poses have none. If the axis is constant in most windows of
-// a pose, it has no noise there, and what moves the others is motion.
+// a pose, the noise there is zero, and motion makes the changes in the other windows.
 double TypicalNoise(const std::vector<PerTriad<TriadPoseMoments>>& moments, Triad triad, int axis) {
   std::vector<double> variances;
   for (const PerTriad<TriadPoseMoments>& pose : moments) {
@@ -331,7 +332,7 @@ std::array<FlatPoses, 3> FlatPosesOf(const std::vector<PerTriad<TriadPoseMoments
     const bool is_flat = IsFlat(pose, axis);
     bool is_clipped = false;
     for (const std::size_t end : {0, 1}) {
-      // With noise of two steps the largest of ten readings is rarely the largest of all.
+      // If noise exceeds two steps, few windows reach the extreme of the stream without clipping.
       const bool heaped = noise_steps > 2.0 && pose.windows >= 5 &&
                           at_extreme[end] > 0.5 * static_cast<double>(pose.windows);
       if (extremes[end] != limits[end] || !(is_flat || heaped)) continue;

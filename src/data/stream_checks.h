@@ -36,8 +36,8 @@ class StreamMonitor {
   double spacing_ns() const;
   /// Smallest nonzero change between neighbouring readings, by axis; 0: there is none.
   Eigen::Vector3d resolution_raw() const;
-  /// The smallest step at rest. If a gyroscope has a dead band, the step is at least twice the
-  /// band, which is the smallest change from the reading that is repeated.
+  /// The step of readings at rest. If a gyroscope has a dead band, this is at least twice the band,
+  /// which is the smallest change from the value that the gyroscope repeats.
   Eigen::Vector3d rest_step_raw() const;
   std::int64_t samples() const { return samples_; }
   std::int64_t first_ns() const { return first_ns_; }
@@ -45,7 +45,7 @@ class StreamMonitor {
   bool has_temperature() const { return lowest_degc_ <= highest_degc_; }
   Eigen::Vector2d temperature_range_degc() const { return {lowest_degc_, highest_degc_}; }
 
-  /// Counts and range of the whole stream. Error: the sensor is stuck at one reading.
+  /// Summarises the whole stream. Error: the sensor is stuck at one reading.
   Result<StreamSummary> Summary(const StreamCounts& counts) const;
 
   /// Findings of the stream: no readings, gaps, equal times, an axis that never changes.
@@ -73,7 +73,8 @@ class StreamMonitor {
   Eigen::Vector3d minimum_raw_ = Eigen::Vector3d::Constant(1e300);
   Eigen::Vector3d maximum_raw_ = Eigen::Vector3d::Constant(-1e300);
   Eigen::Vector3d resolution_raw_ = Eigen::Vector3d::Constant(1e300);
-  // The reading repeated most, how often another followed it, and the least change when one did.
+  // Per axis: the reading that is repeated most, how often a different reading followed it, and the
+  // least change to such a reading.
   struct Repeated {
     double value = 0.0;
     std::int64_t votes = 0, left = 0;
@@ -85,7 +86,7 @@ class StreamMonitor {
     std::optional<Eigen::Vector3d> last;
     std::int64_t length = 0;
     bool is_far_before = false;
-    std::vector<std::int64_t> count;  // By length.
+    std::vector<std::int64_t> count;  // Number of runs, by length.
   };
   Runs runs_;
   LengthSpread lengths_;
@@ -99,8 +100,9 @@ struct FlatPoses {
   std::vector<std::size_t> poses;
   bool is_clipped = false;
 };
-/// A clipped axis is constant at its stream's extreme, or reaches it in more than half of the
-/// windows, while other poses have noise. A stuck axis is constant at another reading.
+/// Finds the poses in which an axis is flat while other poses have noise. A clipped axis is
+/// constant at its stream's extreme, or reaches this extreme in more than half of the windows. A
+/// stuck axis is constant at another reading.
 std::vector<FlatPoses> FindFlatPoses(const PerTriad<Eigen::Vector3d>& resolution_raw,
                                      const std::vector<PerTriad<TriadPoseMoments>>& moments,
                                      const std::vector<StreamSummary>& streams);

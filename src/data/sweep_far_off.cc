@@ -56,7 +56,7 @@ std::vector<double> OffNeighbours(const std::vector<double>& time,
   return off;
 }
 
-// By how much each value is outside the range of the two beside it.
+// By how much each value is outside the range of the values before and after it.
 std::vector<double> BeyondNeighbours(const std::vector<double>& value) {
   std::vector<double> beyond;
   for (std::size_t i = 0; i < value.size(); ++i) {
@@ -128,7 +128,8 @@ void SweepCutter::LeaveOutFarOff(const TemperatureTrack& track,
     degc.push_back(cells_[i].degc());
     residuals.push_back(cells_[i].degc() - track.degc[i]);
   }
-  // If a slow thermometer repeats a reading, its error is the change since it was taken.
+  // A slow thermometer repeats a reading, whose error then grows with time. So residuals do not
+  // show outliers, and only spikes count.
   const bool is_held = thermometer_.hold_s() > 0.0;
   const std::vector<bool> odd_degc =
       is_held ? spikes : FarOff(degc, residuals, 1.5 * track.step_degc);
@@ -216,7 +217,8 @@ Status CheckHeld(const PoseSet& set) {
 
 void NameTurns(PoseSet* set) {
   constexpr Triad kTriad = Triad::kAccelerometer;
-  // Chosen: a step is the difference of the medians of five windows on each side; 40 are needed.
+  // Chosen: a step is the difference of the medians of five windows on each side; 40 windows are
+  // needed.
   constexpr std::size_t kReach = 5;
   // Chosen: a step is a turn if it is over 8 times the median step, over 8 times the noise of a
   // mean and over 1e-3 of gravity (0.06 deg), and if at most 0.3 of it is along gravity.

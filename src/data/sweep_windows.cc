@@ -20,8 +20,8 @@ namespace {
 constexpr std::size_t kMaxCells = 32768;
 // Chosen: cells of 0.25 s if the experiment states no window.
 constexpr std::int64_t kFirstCellNs = 250'000'000;
-// Chosen: four windows for each of the ten or so thermal terms of an axis; a slow thermometer must
-// give as many readings.
+// Chosen: an axis has about ten thermal terms, and each term needs four windows. A slow thermometer
+// must give as many readings.
 constexpr std::size_t kFewestCells = 40;
 // Chosen: a window ends when the temperature has changed by this share of its range, or when this
 // share of the recording has passed, so that a sweep of one ramp has at most 600 windows.
@@ -386,7 +386,7 @@ void SweepCutter::Warn(double duration_s, PoseSet* set) const {
                                 .With("interval", thermometer_.hold_s(), "s")
                                 .With("readings", taken));
   } else {
-    // Turns are sought only with enough temperature readings; else one reading fills a whole
+    // Turns are sought here only, since with too few temperature readings one reading fills a whole
     // window.
     NameTurns(set);
   }

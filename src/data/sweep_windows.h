@@ -24,7 +24,7 @@ namespace truetriad {
 /// others are merged into windows.
 class SweepCutter : public Collector {
  public:
-  /// `leading`: the triad whose rows `selection.ranges` and window_samples count.
+  /// `leading`: the triad whose rows are counted in `selection.ranges` and in window_samples.
   SweepCutter(const PoseSelection& selection, const RecordingInfo& info, Triad leading);
 
   /// Error: no time or temperature, ranges out of order, or rows are counted while the sensors are
@@ -39,8 +39,8 @@ class SweepCutter : public Collector {
 
  private:
   struct Cell {
-    PerTriad<TriadWindow> triads;  ///< Sums over samples in the cell's attitude.
-    int attitude = -1;             ///< -1: none is held.
+    PerTriad<TriadWindow> triads;  ///< Sums over the cell's samples in `attitude`.
+    int attitude = -1;             ///< Number of the held attitude; -1: none is held.
     std::int64_t degc_count = 0;
     double degc_sum = 0.0;
     double time_sum_s = 0.0;  ///< Sum of the temperatures' times since the first sample.
@@ -83,7 +83,7 @@ class SweepCutter : public Collector {
   bool started_ = false;
   bool was_doubled_ = false;
   std::int64_t cell_ns_ = 0;       ///< Length of a cell, if cell_samples_ is 0.
-  std::int64_t cell_samples_ = 0;  ///< Rows of a cell; 0: by time.
+  std::int64_t cell_samples_ = 0;  ///< Number of rows in a cell; 0: cells are cut by time.
   ThermometerWatch thermometer_, ambient_thermometer_;
   std::optional<Triad> watched_;  ///< The triad whose temperatures are watched.
 };
@@ -91,8 +91,8 @@ class SweepCutter : public Collector {
 /// Error: gravity jumps between two windows of one attitude, as if the unit was turned.
 Status CheckHeld(const PoseSet& set);
 
-/// Warns of small turns: the reading of gravity steps at right angles to gravity and stays there.
-/// Effects of temperature are slow, and partly along gravity.
+/// Warns of small turns of the unit. A turn shows as a lasting step of the accelerometer's reading
+/// at right angles to gravity. Effects of temperature are slow, and partly along gravity.
 void NameTurns(PoseSet* set);
 
 }  // namespace truetriad

@@ -16,30 +16,31 @@ namespace {
 
 // Chosen: fewer stamps do not determine their kind.
 constexpr std::size_t kFewestStamps = 64;
-// Chosen: if 70 % of all steps are within 55 % of the usual step, the interval is the mean of these
-// steps; a lost sample makes a step 100 % longer.
+// Chosen: if 70 % of all steps differ from the usual step by 55 % or less, the interval is the mean
+// of these steps; a lost sample makes a step 100 % longer.
 constexpr double kNearUsual = 0.55, kShareOfUsual = 0.7;
-// Chosen: otherwise the interval is the median slope over a number of steps: the fewest with which
-// slopes agree to 1 %, kBurstSamples at most. Most of such short stretches have no lost sample.
+// Chosen: otherwise the interval is the median slope over a number of steps. This is the smallest
+// number with which slopes agree to 1 %, kBurstSamples at most. Most stretches this short have no
+// lost sample.
 constexpr double kSlopeScatter = 0.01;
 // A sample waited in a buffer if the next one follows within half a period; the last sample of a
 // burst came directly from the sensor.
 constexpr double kSoon = 0.5;
-// Chosen: stamps are in bursts if a quarter of the samples follow another within kTogether.
+// Chosen: stamps are in bursts if a quarter of the samples follow the one before within kTogether.
 constexpr double kWaitingShare = 0.25;
 // Chosen: in a burst the next sample follows within a quarter of a period.
 constexpr double kTogether = 0.25;
-// The minimum of the later offsets, in periods, is raised by this for each sample in between. So
-// neither an error of the interval by 1/500 nor a burst of 200 (0.4 of a period) looks like lost
-// samples.
+// Each sample's offset, in periods, is lowered to the least later offset, to which this is added
+// for each sample in between. So neither an error of the interval by 1/500 nor a burst of 200 (0.4
+// of a period) looks like lost samples.
 constexpr double kLeak = 0.002;
 // Chosen: the mean interval over 256 samples hardly depends on bursts. It is taken over at most an
 // eighth of all samples, so that few of these intervals contain a given gap.
 constexpr std::size_t kBurstSamples = 256;
-// Chosen: an offset above the level shows lost samples. The level follows the drift of the clocks,
-// by 1/64 of each sample's distance from it.
+// Chosen: an offset above a running level shows lost samples. The level follows the drift of the
+// clocks: after each sample it moves by 1/64 of the sample's distance from it.
 constexpr double kLevelGain = 1.0 / 64.0;
-// A sample that is late by less than 6 σ is no gap; normal errors exceed that once in 10^9.
+// No gap is before a sample that is late by less than 6 σ; normal errors exceed 6 σ once in 10^9.
 constexpr double kFarthestLate = 6.0;
 // Chosen: the last eight samples are not judged, as only later ones show whether they are late.
 constexpr std::size_t kTail = 8;
@@ -48,13 +49,13 @@ constexpr std::size_t kTail = 8;
 constexpr std::size_t kHalfWidth = 512;
 // Chosen: the half-width covers at least 16 bursts.
 constexpr std::size_t kFewestBursts = 16;
-// The half-width is doubled while the squares grow by no more than jitter explains, plus 3 σ. Wider
-// lines are better, since the error of a line is common to all turns in its range.
+// The half-width is doubled while the squared residuals grow by no more than jitter explains, plus
+// 3 σ. Wider lines are better, since the error of a line is common to all turns in its range.
 constexpr double kWiderSigmas = 3.0;
 // With jitter the RMS about short and long lines is the same; if errors add up, as when each sample
 // waits for the one before, the RMS grows with the root of the length, here by √(128/16) = 2.8.
 constexpr std::size_t kShortPoints = 16, kLongPoints = 128;
-// Errors add up if the RMS grows by more; near 1.7, the geometric mean of 1 and 2.8.
+// Errors add up if the RMS grows by more than this: near 1.7, the geometric mean of 1 and 2.8.
 constexpr double kMostGrowth = 1.6;
 // Chosen: number of samples that are enough to find a clock's ticks.
 constexpr std::size_t kTickSamples = 4096;
@@ -93,8 +94,8 @@ std::vector<std::size_t> OnTime(const Stamps& stamps, double period) {
   return places;
 }
 
-// The mean of the steps near the usual step, if most steps are near it. However many samples are
-// lost, this is the interval, unless jitter hides it.
+// The mean of the steps near the usual step; unset if few steps are near it. Unless jitter hides
+// the interval, this is the interval, however many samples are lost.
 std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   double near = 0.0, sum = 0.0;
   for (std::size_t k = 1; k < stamps.size(); ++k) {
@@ -106,7 +107,8 @@ std::optional<double> PeriodOfSteps(const Stamps& stamps, double usual) {
   return sum / near;
 }
 
-// The median slope over the fewest samples, at least `fewest`, that determine it.
+// The median slope over a number of samples that did not wait. The number is the smallest one, from
+// `fewest` on, with which slopes agree.
 double PeriodOfStretches(const Stamps& stamps, double usual, std::size_t fewest) {
   const std::vector<std::size_t> places = OnTime(stamps, usual);
   const double run = static_cast<double>(stamps.size()) / static_cast<double>(places.size());
@@ -137,8 +139,8 @@ struct Numbers {
   double steps = 0.0;  // Number of places with lost samples.
 };
 
-// stamp − period × number, in periods. The offsets of single early stamps (at most kHiccups of all)
-// are replaced by the lesser of the two beside them.
+// stamp − period × number, in periods. Offsets of single early stamps are replaced by the lesser
+// offset beside them, if at most kHiccups of all stamps are early.
 std::vector<double> OffsOf(const Stamps& stamps, double period) {
   std::vector<double> offs;
   for (std::size_t i = 0; i < stamps.size(); ++i) {
@@ -167,9 +169,9 @@ double ScatterOf(const Stamps& stamps, double period) {
   return MadSigma(std::move(changes)) / std::numbers::sqrt2;
 }
 
-// Gives each sample its number, lost ones included. A lost sample is a lasting step by a period in
-// stamp − period × number; the minimum of later offsets distinguishes it from a late sample. If
-// `none_lost`, a step is a gap or a late sample.
+// Numbers the samples; lost ones count. A lost sample shows as a lasting step by one period in
+// stamp − period × number. The minimum of the later offsets distinguishes this step from a late
+// sample. If `none_lost`, a step is a gap or a late sample.
 Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) {
   const std::size_t count = stamps.size();
   std::vector<double> least = OffsOf(stamps, period);
@@ -178,7 +180,7 @@ Numbers Count(const Stamps& stamps, double period, double tick, bool none_lost) 
   const bool may_be_late = none_lost || stamps.are_windows();
   const double scatter = may_be_late ? kFarthestLate * ScatterOf(stamps, period) : 0.0;
   const double least_step = std::max(0.5, tick / period + 0.5) + scatter;
-  // If more are lost at once, it is uncertain how many.
+  // If more samples are lost at once, their number is uncertain, and a new piece begins.
   const double most_lost = kGapSpacings + scatter;
   Numbers counted;
   counted.number.resize(count);
@@ -226,7 +228,7 @@ double LineAt(std::span<const Point> points, double number, double half_width) {
   return s > 0.0 ? sy / s : points[0].off_ns;
 }
 
-// The slow part of the points: local lines at knots, and linear between the knots.
+// The slow part of the points: local lines at knots, interpolated linearly between the knots.
 std::vector<Point> SlowPart(std::span<const Point> points, double half_width) {
   const double last = points.back().number;
   const auto knots = static_cast<std::size_t>(std::ceil(last / (half_width / 4.0))) + 1;
@@ -275,7 +277,7 @@ struct Lines {
   double freedom_taken = 0.0;
 };
 
-// One attempt to make even times.
+// One fit of even times, for one period.
 class EvenFit {
  public:
   EvenFit(const Stamps& stamps, double period, bool none_lost)
@@ -321,7 +323,7 @@ void EvenFit::FindTick() {
     if (stamps_[k] > stamps_[k - 1]) steps.push_back(Slope(stamps_, k - 1, k));
   }
   if (steps.size() < kFewestBursts) return;
-  // The smallest step, or difference of two steps, without the outer 1 %.
+  // The smallest step, or difference of two steps if that is less; the outer 1 % are left out.
   std::sort(steps.begin(), steps.end());
   const std::size_t few = steps.size() / 100;
   double tick = steps[few];
@@ -379,7 +381,7 @@ Lines EvenFit::WidestLines(std::span<const std::vector<Point>> points) const {
   };
   double half_width = LeastHalfWidth();
   double squares = squares_at(half_width);
-  // If the half-width is above twice the longest piece, each local line is one line for the piece.
+  // Above twice the longest piece, wider lines do not differ: each piece then has one line.
   while (half_width < 2.0 * longest) {
     const double taken = freedom_taken(half_width);
     const double variance = squares / std::max(1.0, count - taken);
@@ -454,7 +456,7 @@ StampKind EvenFit::KindOf(const EvenTimes& even) const {
   // All samples of a window share one error, so averaging within the window does not reduce it.
   const double matters =
       kJitterThatMatters * period_ / std::sqrt(static_cast<double>(stamps_.window));
-  // The outliers of a logger are left out.
+  // Outliers of a logger, up to kHiccups of the stamps, are left out.
   if (Jitter(even, kHiccups) < matters) return StampKind::kRegular;
   // Checked before ErrorsAddUp: if the interval is nearly whole ticks, rounding errors drift.
   if (tick_ > 0.0) return StampKind::kOnTicks;
@@ -534,8 +536,8 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns) {
   };
   const double single = median_over(1);
   const double several = median_over(std::clamp<std::size_t>(steps / 8, 1, kBurstSamples));
-  // Chosen: groups with a longer mean interval are not bursts of a sensor's memory, but of a
-  // logger that sleeps in between.
+  // Chosen: groups with a longer mean interval are not bursts of a sensor's memory, but of a logger
+  // that sleeps in between.
   constexpr double kLongestIntervalNs = 2e8;
   return single < kTogether * several && several < kLongestIntervalNs ? several : single;
 }
@@ -552,8 +554,8 @@ EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost) {
   EvenFit fit(stamps, period ? *period : PeriodOfStretches(stamps, usual, 1), false);
   EvenTimes even = fit.Run();
   if (stamps.are_windows() || even.lost == 0.0 || even.kind == StampKind::kRegular) return even;
-  // If jitter hides the period, or bursts are late, samples may seem lost that are not. So a fit
-  // without lost samples is made as well, and the fit with the lesser BIC is used.
+  // If jitter hides the period, or bursts are late, samples may seem lost although they are not. So
+  // a fit without lost samples is made as well, and the fit with the lesser BIC is used.
   EvenFit of_all = fit_all();
   EvenTimes of_all_even = of_all.Run();
   return of_all.Bic() < fit.Bic() ? of_all_even : even;
@@ -592,7 +594,7 @@ void StampWatch::Extend(std::span<const std::int64_t> stamps_ns) {
   while (!stamps_ns.empty()) {
     if (line_.count == 0) line_.first_ns = stamps_ns.front();
     const std::size_t taken = std::min(kBurstSamples - line_.count, stamps_ns.size());
-    // Locals stay in registers.
+    // Sums in local variables stay in registers.
     double number = static_cast<double>(line_.count), off_sum = 0.0, offs = 0.0, product = 0.0;
     for (const std::int64_t stamp : stamps_ns.first(taken)) {
       const double off = static_cast<double>(stamp - line_.first_ns) - period_ns_ * number;
@@ -628,8 +630,8 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
                          std::span<const double> y,
                          std::span<const double> z,
                          double period_ns) {
-  // The instrument is the slope between readings k - 3 and k + 3, whose noise is independent of
-  // that of readings k - 1 to k + 1.
+  // The instrumental variable is the slope between readings k - 3 and k + 3. Its noise is
+  // independent of that of readings k - 1 to k + 1.
   constexpr std::size_t kFurther = 3;
   double zd = 0.0, zx = 0.0, zd_zd = 0.0, zd_zx = 0.0, zx_zx = 0.0;
   for (std::size_t k = kFurther; k + kFurther < stamps_ns.size(); ++k) {
@@ -639,7 +641,7 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
       return x[i] == x[k] && y[i] == y[k] && z[i] == z[k];
     };
     if (!(span > 0.0) || around > 4.0 * kFurther * period_ns) continue;
-    if (repeats(k - 1) || repeats(k + 1)) continue;  // One of the two is older than its stamp.
+    if (repeats(k - 1) || repeats(k + 1)) continue;  // A repeat is older than its stamp.
     const double share = static_cast<double>(stamps_ns[k] - stamps_ns[k - 1]) / span - 0.5;
     for (const std::span<const double>& axis : {x, y, z}) {
       const double off = axis[k] - 0.5 * (axis[k - 1] + axis[k + 1]);
@@ -653,8 +655,9 @@ StampShare ShareOfStamps(std::span<const std::int64_t> stamps_ns,
   }
   if (!(std::abs(zx) > 0.0)) return {};
   const double beta = zd / zx;
-  // A variance for errors of unequal size, as readings are noisier in motion (White 1980), at the
-  // tested share of 1/2: a few readings that agree by chance would have none about their own share.
+  // This variance allows for errors of unequal size, as readings are noisier in motion (White
+  // 1980). It is taken about the tested share of 1/2: about their own share, a few readings that
+  // agree by chance would have no variance.
   const double variance = zd_zd - zd_zx + 0.25 * zx_zx;
   return {beta, std::sqrt(std::max(0.0, variance)) / std::abs(zx)};
 }

@@ -13,8 +13,9 @@ namespace truetriad {
 /// The stamps of one stream, which never decrease.
 struct Stamps {
   std::span<const std::int64_t> time_ns;
-  /// Row of each sample in the file, if the sensor's FIFO was read in windows of `window` rows: a
-  /// window's last sample is stamped, the others are interpolated up to it. Unused with window 1.
+  /// Row of each sample in the file; needed only if `window` is over 1. The sensor's FIFO was then
+  /// read in windows of so many rows. The last sample of a window has a stamp; the times of the
+  /// others are interpolated up to it.
   std::span<const std::int64_t> row{};
   std::int64_t window = 1;
 
@@ -26,8 +27,8 @@ struct Stamps {
   std::int64_t Number(std::size_t k) const {
     return are_windows() ? row[k] : static_cast<std::int64_t>(k);
   }
-  /// Whether the sample is the last of its window. In an incomplete last window no sample is: the
-  /// stamp may be that of a missing sample.
+  /// Whether the sample is the last of its window. In an incomplete last window, no sample counts
+  /// as the last, as the stamp may be that of a missing sample.
   bool EndsWindow(std::size_t k) const {
     if (k + 1 == size()) return (row[k] + 1) % window == 0;
     return row[k + 1] / window != row[k] / window;
@@ -36,7 +37,7 @@ struct Stamps {
   bool IsStamped(std::size_t k) const { return !are_windows() || EndsWindow(k); }
 };
 
-/// The usual interval of two stamps or more: the median step or, if several samples come at once,
+/// The usual interval of two or more stamps: the median step or, if several samples come at once,
 /// the median interval over many steps, so that neither bursts nor gaps matter.
 double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 
@@ -44,33 +45,34 @@ double UsualSpacing(std::span<const std::int64_t> stamps_ns);
 ///
 ///   stamp_k = origin + period x_k + drift(x_k) + late_k
 ///
-/// x counts samples, including lost ones; drift is that of one clock against another, and slow;
+/// x counts samples, including lost ones. drift is the slow drift of one clock against another;
 /// late is jitter. A long gap ends a piece; the next piece has its own origin and count.
 struct EvenTimes {
   StampKind kind = StampKind::kRegular;
   double period_ns = 0.0;
   double jitter_ns = 0.0;             ///< RMS of stamp − time, of samples with a stamp.
   double lost = 0.0;                  ///< Number of lost samples.
-  bool are_many_lost = false;         ///< Stamps may then be another clock's ticks.
+  bool are_many_lost = false;         ///< If true, stamps may be another clock's ticks.
   std::vector<std::int64_t> time_ns;  ///< One per stamp, in order; empty: too few stamps.
 
-  /// True if stamps scatter about even times enough to matter, and the errors do not add up.
+  /// True if stamps scatter about even times enough to matter, and their errors do not accumulate.
   bool AreEvident() const {
     return kind == StampKind::kJittered || kind == StampKind::kInBursts ||
            kind == StampKind::kOnTicks;
   }
 };
 
-/// `none_lost`: treats no sample as lost, even if regular stamps suggest many. So do the stamps of
-/// a 20 ms sensor by a clock with ticks of 15.6 ms, which skip a tick now and then.
+/// Fits even times to stamps. `none_lost`: treats no sample as lost, even if regular stamps suggest
+/// that many are. For example, if a clock with ticks of 15.6 ms stamps the samples of a 20 ms
+/// sensor, the stamps skip a tick now and then.
 EvenTimes FitEvenTimes(const Stamps& stamps, bool none_lost = false);
 
 /// RMS jitter that matters, as a share of the sampling interval. At 100 Hz it changes the angle of
-/// a turn by 90 deg in a second by 1e-4 rad (jitter times the root of the sum of squared changes of
-/// rate, 0.52 rad/s), about as much as the noise of a low-cost gyroscope does.
+/// a turn, 90 deg in a second, by 1e-4 rad: the jitter times 0.52 rad/s, the root of the sum of
+/// squared changes of rate. The noise of a low-cost gyroscope changes the angle by about as much.
 inline constexpr double kJitterThatMatters = 0.02;
 
-/// Checks the stamps of one stream as they are read, against lines through 256 of them.
+/// Checks the stamps of one stream as they are read: compares each 256 stamps with a straight line.
 class StampWatch {
  public:
   /// Whether the next stamps are even enough to be used as they are.
@@ -79,11 +81,11 @@ class StampWatch {
   double jitter_s() const;
 
  private:
-  /// Sums over the offsets stamp − first − period × number.
+  /// Sums of one line over the offsets stamp − first stamp − period × number.
   struct Line {
     std::size_t count = 0;
     std::int64_t first_ns = 0;
-    double off = 0.0, offs = 0.0, product = 0.0;  // Of off, off² and off × number.
+    double off = 0.0, offs = 0.0, product = 0.0;  // Sums of offset, offset² and offset × number.
   };
   /// Adds stamps that continue the line.
   void Extend(std::span<const std::int64_t> stamps_ns);
@@ -102,7 +104,7 @@ class StampWatch {
 ///
 /// with β = 1 for true stamps and 0 for readings taken at even times.
 struct StampShare {
-  double beta = 0.0, sigma = 0.0;  ///< σ 0: undetermined.
+  double beta = 0.0, sigma = 0.0;  ///< If σ is 0, β is unknown.
 
   bool StampsAreTrue() const { return sigma > 0.0 && beta - 0.5 > 2.0 * sigma; }
   bool ReadingsAreEven() const { return sigma > 0.0 && 0.5 - beta > 2.0 * sigma; }

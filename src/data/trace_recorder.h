@@ -14,7 +14,7 @@ namespace truetriad {
 /// too many slices, pairs of slices are merged into slices twice as long.
 class TraceRecorder {
  public:
-  /// Halving leaves 512 to 1024 slices, about one per unit of a drawing's width of 670.
+  /// Merging leaves 512 to 1024 slices: about one per unit of a drawing's width, which is 670.
   static constexpr std::size_t kMostSlices = 1024;
 
   void Add(const SampleBlock& block);

@@ -20,12 +20,12 @@
 namespace truetriad {
 namespace {
 
-// Readings at an end are averaged over kBridgedS, but at least three: a second difference needs
-// as many.
+// Readings at an end are averaged over kBridgedS, but at least three: a second difference needs as
+// many.
 constexpr std::size_t kFewestAtEnd = 3;
 // A rate at an end is real above 6 σ, which the norm of three normal errors exceeds once in 10^7.
 constexpr double kEndSigmas = 6.0;
-// Chosen: a ramp by hand ends within 0.5 s, so a slower one is extrapolated no further.
+// Chosen: a ramp by hand ends within 0.5 s, so a slower ramp is extrapolated by 0.5 s only.
 constexpr double kLongestRampS = 0.5;
 // Chosen: a turn is cut if its missing angle exceeds this share of the stated angle's σ. The share
 // is below 1, as the missing angles of all turns in a file have one sign.
@@ -118,7 +118,7 @@ double MissingAngle(const End& end, const Eigen::Vector3d& rest_raw, double rad_
   if (!(off.norm() > kEndSigmas * end.sigma_raw)) return 0.0;
   const Eigen::Vector3d direction = off.normalized();
   const double change = (end.inner_raw - end.mean_raw).dot(direction) / end.span_s;
-  // The line through both means, extrapolated to the end; negative where the turn begins later.
+  // The line through both means, extrapolated to the end; negative if the turn begins later.
   const double rate = off.norm() - 0.5 * change * end.span_s;
   if (!(rate > kEndSigmas * std::sqrt(2.5) * end.sigma_raw)) return 0.0;
   const double ramp_s = change > 0.0 ? std::min(rate / change, kLongestRampS) : kLongestRampS;

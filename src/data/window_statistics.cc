@@ -74,7 +74,7 @@ WindowBuffer::WindowBuffer(std::int64_t origin_ns,
   CHECK_GT(width_ns, 0);
   cursor_.items.fill(0);
   latest_index_.items.fill(-1);
-  // Reserves for the windows that may wait; pages that are never written cost nothing.
+  // Reserves memory for windows that may wait; pages that are never written cost nothing.
   for (const Triad triad : streams_) windows_[triad].reserve(2 * kMostWindows);
 }
 

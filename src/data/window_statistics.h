@@ -17,7 +17,8 @@ namespace truetriad {
 inline constexpr std::int64_t kWindowNs = 100'000'000;
 
 /// Number of windows that are searched at once: 27 minutes of 0.1 s. If a stream lags the others by
-/// as many, it has ended, as sources keep streams within one block (4096 samples) of each other.
+/// this number, it has ended, as sources keep streams within one block (4096 samples) of each
+/// other.
 inline constexpr std::size_t kMostWindows = 16384;
 
 /// Statistics of one triad in one short window; all later statistics follow from them, so that no
@@ -51,8 +52,8 @@ class WindowBuffer {
   /// behind the other streams that its windows have been used already.
   Status Add(const SampleBlock& block);
 
-  /// Number of leading windows that no stream will add to any more. A stream that is thousands
-  /// of windows behind has ended (sources keep streams within one block of each other).
+  /// Number of windows at the front to which no stream will add any more. A stream that is
+  /// thousands of windows behind has ended (sources keep streams within one block of each other).
   std::size_t CompleteCount() const;
 
   void DropFront(std::size_t windows);
@@ -63,7 +64,7 @@ class WindowBuffer {
   std::size_t size() const { return index_.size(); }
   std::int64_t index(std::size_t i) const { return index_[i]; }
   const std::vector<Triad>& streams() const { return streams_; }
-  /// One window for each index if the triad is a stream, else empty.
+  /// One window for each index if the triad is a stream; otherwise empty.
   const std::vector<TriadWindow>& windows(Triad triad) const { return windows_[triad]; }
 
  private:
@@ -74,8 +75,8 @@ class WindowBuffer {
   std::vector<Triad> streams_;
   std::vector<std::int64_t> index_;
   PerTriad<std::vector<TriadWindow>> windows_;
-  PerTriad<std::size_t> cursor_;         // Slot that the stream added to last.
-  PerTriad<std::int64_t> latest_index_;  // Window that the stream added to last; -1 before.
+  PerTriad<std::size_t> cursor_;         // Index of the window to which the stream added last.
+  PerTriad<std::int64_t> latest_index_;  // Number of this window in the grid; -1 before.
   std::int64_t dropped_before_ = 0;      // Windows below this index are gone.
 };
 

@@ -12,12 +12,13 @@
 namespace truetriad {
 namespace {
 
-// Least variance of a combination of curvatures, as a share of the largest variance: its inverse,
-// the information of the combination, must be finite.
+// The least variance of a combination of curvatures, as a share of the largest. It is above zero,
+// since the combination's information, the inverse of the variance, must be finite.
 constexpr double kLeastCurvature = 1e-6;
 
-// Second derivatives of S u by S and the tilts t, where u = a (1 - |t|^2 / 2) + E t, in coordinates
-// of unit covariance. A face f has three readings, and so three matrices, which begin at first[f].
+// Second derivatives of readings S u on faces with respect to S and the tilts t of the face, in
+// coordinates of unit covariance. u = g (a (1 - |t|^2 / 2) + E t), with the face's axis a and the
+// two axes E across it. A face f has three readings, and so three matrices; first[f] is the first.
 std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
                                                const Eigen::MatrixXd& covariance,
                                                std::array<Eigen::Index, kFaceCount>* first) {
@@ -36,7 +37,7 @@ std::vector<Eigen::MatrixXd> CurvaturesOfFaces(const PoseGraph& graph,
     const Eigen::MatrixXd cosine = Times(tilt.transpose(), tilt);
     const Eigen::Vector3d along = graph.sensitivity(Triad::kAccelerometer) * axes.col(0);
     for (int i = 0; i < 3; ++i) {
-      Eigen::MatrixXd across = Eigen::MatrixXd::Zero(2, moves.cols());  // derivative of S_i E
+      Eigen::MatrixXd across = Eigen::MatrixXd::Zero(2, moves.cols());  // derivative of row i of SE
       for (int j = 0; j < 3; ++j) {
         const int entry = layout.sensitivity[Triad::kAccelerometer] + i + 3 * j;
         across += axes.row(j).tail<2>().transpose() * moves.row(entry);

@@ -18,9 +18,10 @@ namespace {
 
 // Largest number of unknowns of a form in one group of poses: the entries of a 3 x 3 matrix.
 constexpr int kMostOfForm = 9;
-// With more turns, the correlation of neighbours is estimated, by the scatter of 64 turn groups.
+// With more turns, the correlation of neighbouring turns is estimated from 64 groups of turns.
 constexpr std::size_t kMostTurnGroups = 64;
-// Attitudes absorb a direction in which P has less than this share of a turn's largest information.
+// A direction of a turn counts as undetermined (attitudes absorb its errors) if P has less than
+// this share of the turn's largest information there.
 constexpr double kSeenOfTurn = 1e-3;
 
 // R of `square` = R R^T, which may be singular, as for turns about one axis.
@@ -29,8 +30,8 @@ Eigen::Matrix3d RootOfSquare(const Eigen::Matrix3d& square) {
   return eigen.vectors * eigen.values.cwiseMax(0.0).cwiseSqrt().asDiagonal();
 }
 
-// Factor, at least 1, by which correlation of neighbours enlarges the variance of a sum of values.
-// It is found from the sums over groups of consecutive values.
+// Factor, at least 1, by which correlation of neighbouring values enlarges the variance of their
+// sum. It is found from sums over groups of consecutive values.
 double TogetherOf(const std::vector<double>& values) {
   if (values.size() <= kMostTurnGroups) return 1.0;
   const Eigen::Map<const Eigen::VectorXd> all(values.data(), std::ssize(values));
@@ -55,7 +56,7 @@ void AddTransposed(const Value& value, const StackedRows& y, Eigen::Index row, S
   }
 }
 
-// F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x the traces of X.
+// The information if columns are added: F_cd - 1/2 (x_cd + x_dc - tr E_c E_d), x_cd = tr X_cd.
 Eigen::MatrixXd Without(Eigen::MatrixXd fisher,
                         const Eigen::MatrixXd& x,
                         const std::vector<Eigen::MatrixXd>& E) {
@@ -158,7 +159,7 @@ void FaultSystem::PlaceParts(const PoseGraph& graph) {
   }
 }
 
-// h = h_0 - (L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)); readings are corrected by h_0 already.
+// Computes h = h_0 - (L L^T)^-1 (Z^T P_0 r + Λ (h_0 - mean)); readings have the correction h_0.
 void FaultSystem::SolveFor(const AddedColumns& columns) {
   const Eigen::Index count = columns.size();
   U_.resize(residual().size(), count);
@@ -178,7 +179,7 @@ void FaultSystem::SolveFor(const AddedColumns& columns) {
   const Eigen::VectorXd information = columns.sigma.cwiseAbs2().cwiseInverse();
   Eigen::MatrixXd H = SymmetricProduct(columns.Z, G);
   H.diagonal() += information;
-  // Scaled, since unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
+  // H is scaled: unknowns of a turn (rad) and of a magnetometer differ by many powers of ten.
   const Eigen::VectorXd balance = H.diagonal().cwiseSqrt().cwiseInverse();
   const Cholesky factor(ScaledBothSides(balance, H));
   const Eigen::MatrixXd upper =
@@ -197,7 +198,7 @@ void FaultSystem::SolveFor(const AddedColumns& columns) {
   prior_square_ = (columns.at - columns.mean).cwiseQuotient(columns.sigma).squaredNorm();
 }
 
-// P = V^-1 - (V^-1 A) N^-1 (V^-1 A)^T - B M^-1 B^T - U U^T.
+// Forms P = V^-1 - (V^-1 A) N^-1 (V^-1 A)^T - B M^-1 B^T - U U^T, with N = A^T V^-1 A.
 void FaultSystem::FormDense() {
   const Eigen::Index rows = residual().size();
   StackedRows right = StackedRows::Zero(chain().size(), rows);  // N^-1 A^T V^-1
@@ -227,7 +228,7 @@ void FaultSystem::FormDense() {
   P_ -= ProductOfRows(left, both);
 }
 
-// Z_g^T P Z_h; kWide: unknowns of each column.
+// Z_a^T P Z_b for the columns of two faults a and b; kWide: number of unknowns of each.
 template <int kWide>
 Eigen::Matrix<double, kWide, kWide> FaultSystem::Between(const FaultColumn& a,
                                                          const FaultColumn& b) const {
@@ -280,7 +281,7 @@ Eigen::MatrixXd FaultSystem::InformationOf(const std::vector<FaultColumn>& colum
          TimesTranspose(UZ, UZ);
 }
 
-// Z_g^T D Z_h = Z_g^T W Z_h - b_g^T N^-1 b_h with b = A^T W Z.
+// Z_g^T D Z_h = Z_g^T W Z_h - b_g^T N^-1 b_h for all pairs, with W = V^-1 and b = A^T W Z.
 Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>& columns) const {
   std::vector<ChainFactor::Panel> panels;
   std::size_t last_end = 0;
@@ -291,7 +292,7 @@ Eigen::MatrixXd FaultSystem::InformationByFactors(const std::vector<FaultColumn>
   return WeightedSquares(columns) - chain().InverseBetween(panels, pose_covariance());
 }
 
-// A^T W Z, whose rows end at `least_end` or later.
+// The panel A^T W Z of a column. Its rows reach to state `least_end` or further.
 ChainFactor::Panel FaultSystem::PanelOf(const FaultColumn& column, std::size_t least_end) const {
   ChainFactor::Panel panel;
   std::size_t first = chain().states(), end = least_end;
@@ -317,7 +318,7 @@ ChainFactor::Panel FaultSystem::PanelOf(const FaultColumn& column, std::size_t l
   return panel;
 }
 
-// Z_g^T W Z_h of all pairs of columns.
+// Z_g^T W Z_h of all pairs of columns, with W = V^-1.
 Eigen::MatrixXd FaultSystem::WeightedSquares(const std::vector<FaultColumn>& columns) const {
   struct Placed {
     Eigen::Index column = 0;
@@ -427,7 +428,7 @@ FaultSystem::Alignment FaultSystem::AlignmentOf(const TurnVariances& unit) const
     beyond += more;
   }
   if (!(squares > 0.0) || sum <= 0.0) return {};
-  // Satterthwaite's degrees of freedom: few turns may have most of the variance.
+  // Satterthwaite's degrees of freedom. They are few if few turns have most of the variance.
   const double dof = squares * squares / fourths;
   const double ratio = sum * sum / (squares * TogetherOf(directions));
   return {std::log(0.5) + LogFisherUpper(ratio, 1.0, dof), std::max(beyond / squares, 0.0)};
@@ -447,7 +448,7 @@ double FaultSystem::ChiSquareOf(const PoseGraph& graph) {
   return (residual() + J() * step).dot(projected + B() * step);
 }
 
-// -(M^-1 J^T D Z - V U^T Z).
+// The shift without included faults, -M^-1 J^T D Z, plus what these faults absorb, V U^T Z.
 Eigen::MatrixXd FaultSystem::SharedShift(const FaultColumn& column) const {
   Eigen::MatrixXd shift = -column.Transposed(BM()).transpose();
   if (U_.cols() > 0) shift += TimesTranspose(V_, column.Transposed(U_));
@@ -481,7 +482,7 @@ Eigen::VectorXd FaultSystem::Squares(const FaultColumn& column) const {
   return squares;
 }
 
-// F_cd = 1/2 Σ_{b in c, b' in d} |R_b^T P_bb' R_b'|^2.
+// F_cd = 1/2 Σ |R_b^T P_bb' R_b'|^2 over the parts b of component c and b' of component d.
 void FaultSystem::StateRemlDense() {
   traces_ = Eigen::VectorXd::Zero(components());
   fisher_ = Eigen::MatrixXd::Zero(components(), components());
@@ -499,7 +500,7 @@ void FaultSystem::StateRemlDense() {
   }
 }
 
-// As StateRemlDense, if P is not formed: the values of the graph, minus the part of the columns.
+// Like StateRemlDense without P: the values of the graph, minus the part of included columns.
 void FaultSystem::StateRemlByRows(const PoseGraph& graph) {
   VarianceTraces plain = TracesOf(components_, graph, *this);
   traces_ = std::move(plain.traces);
@@ -553,8 +554,8 @@ std::vector<Eigen::MatrixXd> FaultSystem::ComponentSquares(const StackedRows& Y)
   return E;
 }
 
-// tr X_cd, X_cd = Y^T D_c P D_d Y. If P is not formed, there are so many rows that P is nearly
-// V^-1.
+// tr X_cd, X_cd = Y^T D_c P D_d Y. If P is not formed, V^-1 is used instead: with that many rows, P
+// is nearly V^-1.
 Eigen::MatrixXd FaultSystem::CrossTraces(const StackedRows& Y) const {
   const Eigen::Index count = components(), wide = Y.cols();
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(count, count);

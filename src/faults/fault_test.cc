@@ -13,17 +13,19 @@
 namespace truetriad {
 namespace {
 
-// Columns are computed from a solution with errors of some thousandths: a remainder below a
-// hundredth of a column, 1e-4 of its square, is the column's own error. (With 1e-6, 7 % of clean
-// tables seemed to have gains that are wrong by 100 %: six faces determine these gains only by
-// their tilts.)
+// A direction is determined if other unknowns leave at least this share of its column's square.
+// Columns are computed from a solution with errors of some thousandths: if less than a hundredth of
+// a column is left, 1e-4 of its square, this rest is such an error. (With 1e-6, 7 % of clean tables
+// of six faces seemed to have gains that are wrong by 100 %: only the faces' tilts determine these
+// gains.)
 constexpr double kSeenShare = 1e-4;
-// A variance must have more than two degrees of freedom, or else F has no mean.
+// The fewest degrees of freedom of a tested variance. With two or fewer, F has no mean.
 constexpr double kFewestDof = 3.0;
-// Tests with a larger p are not computed in full; without a fault, one test of fifty has a smaller
-// p.
+// A test is computed in full only if its p may be below this. Without a fault, one test of fifty
+// has a smaller p.
 constexpr double kWorthALook = 0.02;
-// A component that contributes less than this share to a test may have too few degrees of freedom.
+// The degrees of freedom of a noise component matter to a test only if the component contributes at
+// least this share to it.
 constexpr double kCarries = 0.1;
 
 Eigen::VectorXd PerOwn(const Eigen::VectorXd& squares) {
@@ -45,7 +47,8 @@ Eigen::MatrixXd SeenDirections(const ColumnSums& sums) {
   return T;
 }
 
-// By elimination for three unknowns; otherwise, or if a pivot is small, by eigenvalues.
+// Three unknowns are eliminated directly. If there is another number of unknowns, or if a pivot is
+// small, eigenvalues are computed.
 QuickTest QuickTestOf(const ColumnSums& sums) {
   constexpr double kSafePivot = 1e-3;  // ten times kSeenShare: all three are determined
   if (sums.squares.size() == 3) {

@@ -37,7 +37,7 @@ constexpr std::string_view kTurns = "turn more slowly, without gaps in the log";
 constexpr std::string_view kForce = "calibrate with `g_sensitivity`";
 constexpr std::string_view kFull = "estimate the whole matrix of the sensor";
 
-// A term that `model:` or `g_sensitivity` can add.
+// An effect that has a parameter: `model:` or `g_sensitivity` can add it to the model.
 constexpr FaultKind AsParameter(ParameterKind parameter,
                                 std::string_view name,
                                 std::initializer_list<Triad> sensors,

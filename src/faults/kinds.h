@@ -15,31 +15,32 @@ namespace truetriad {
 // The time course of a fault: the factors of its columns over the run.
 enum class FaultShape {
   kThroughout,   // 1
-  kDrift,        // τ from -1 to 1
+  kDrift,        // τ: time, from -1 to 1 over the run
   kWarmUp,       // exp(-3 (τ + 1))
-  kTemperature,  // the temperature, from -1 to 1
+  kTemperature,  // the temperature, scaled to a range of 2
   kWander,       // cos(π j (τ + 1) / 2), j = 1 … 4: four times the unknowns
   kStep,         // 0 before a position, 1 at and after it
   kWindow,       // 1 between two positions
   kOnce,         // 1 at one position
 };
 
-// The value that varies over the run if the fault is real. The result states its mean, with a σ
-// that includes the variation.
+// The calibrated value that varies over the run if the fault is real. The result states the mean of
+// this value; its σ includes the variation.
 enum class Varies { kNothing, kBias, kGain, kMatrix, kMounting, kField };
 
-// An effect in recordings that the model lacks. A new kind is one more row of the table.
+// An effect that recordings may contain and that the fitted model lacks. To add a kind, add a row
+// to kKinds (kinds.cc).
 struct FaultKind {
-  std::string_view name;  // follows the sensor's name: "bias drift"
+  std::string_view name;  // in messages, after the sensor's name: "bias drift"
   std::initializer_list<Triad> sensors;
   FaultForm form;
   std::string_view remedy;
-  std::string_view unit = {};  // of h; empty: that of the readings
+  std::string_view unit = {};  // unit of h; empty: the unit of the readings
   FaultShape shape = FaultShape::kThroughout;
   Varies varies = Varies::kNothing;
   // The form is only the first term of a series: a large effect cannot be corrected in full.
   bool is_truncated = false;
-  // The parameter by which a model may include the effect; unset: none.
+  // The parameter that describes the effect if a user adds it to the model; unset: there is none.
   std::optional<ParameterKind> parameter = {};
 };
 

@@ -6,14 +6,15 @@
 namespace truetriad {
 namespace {
 
-// Fractions need about sqrt(max(a, b)) terms (Press et al. 2007, 6.4), 224 at 5e4.
+// The most terms of a fraction. About sqrt(max(a, b)) are needed (Press et al. 2007, 6.4): 224 at
+// 5e4.
 constexpr int kMostTerms = 2000;
-// Relative accuracy, 45 epsilon of a double.
+// A fraction ends at this relative accuracy, 45 epsilon of a double.
 constexpr double kEnough = 1e-14;
 // Replaces zero in a continued fraction (Lentz 1976).
 constexpr double kTiny = 1e-300;
-// With more degrees of freedom, log p differs from that of χ² by less than value^2 / (4 dof2), 0.01
-// at a χ² of 60.
+// If dof2 is larger, F is replaced by χ²: log p differs by less than value^2 / (4 dof2), which is
+// 0.01 at a χ² of 60.
 constexpr double kAsGoodAsKnown = 1e5;
 
 double NotZero(double value) { return std::abs(value) < kTiny ? kTiny : value; }

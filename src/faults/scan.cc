@@ -10,9 +10,10 @@
 namespace truetriad {
 namespace {
 
-// Four cosines have up to two periods over the run, and so resolve a quarter of it.
+// Number of cosines of kWander. The fastest has two periods over the run, so that the cosines
+// resolve a quarter of the run.
 constexpr int kCosines = 4;
-// Four poses for each cosine, or else they fit noise.
+// The fewest poses for kWander, four for each cosine: with fewer, the cosines would fit noise.
 constexpr std::size_t kFewestToWander = 4 * kCosines;
 // A warm-up decays by a factor of e^6 over the run, as τ goes from -1 to 1.
 constexpr double kWarmUpPerTau = 3.0;
@@ -34,7 +35,8 @@ struct Change {
   double by = 0.0;
 };
 
-// Adds half of the symmetric sum over all pairs of changes: each pair of different changes once.
+// Adds half of the sum over all pairs of changes: each pair of two changes once, and half of each
+// change with itself. The caller then adds the transpose.
 template <int kWide>
 void AddPairs(const std::vector<Change>& changes,
               const Eigen::MatrixXd& from,

@@ -9,15 +9,15 @@
 namespace truetriad {
 namespace {
 
-// Below this share of a turn's largest rate, the hand comes to rest. A change below this share of a
-// run's largest reading is no motion.
+// A turn is stopping when its rate is below this share of its largest rate. A reading has moved if
+// it changed by more than this share of the run's largest reading.
 constexpr double kMoving = 0.1;
 
-// Time between the rates whose difference gives the derivative, s: if it were shorter, the column
-// would be noise; if it were longer, a hand's motion would change meanwhile.
+// Time between the two rates whose difference gives the angular acceleration, s. In a shorter time,
+// the difference is noise; in a longer one, a hand's motion changes.
 constexpr double kApartS = 0.1;
 // Largest share of the gyroscope's noise in a column's mean square. With more, the test finds this
-// noise again (each of 20 clean recordings of slow turns had a low-pass of 30 σ).
+// noise again (each of 20 clean recordings of slow turns seemed to have a low-pass of 30 σ).
 constexpr double kMostNoise = 0.1;
 
 Eigen::Vector3d UnitOf(const Eigen::Vector3d& v) {
@@ -57,16 +57,16 @@ constexpr std::array kOfRates = {FaultForm::kGain,
                                  FaultForm::kCube,
                                  FaultForm::kGainByRate};
 
-// Time that a reading stands for, s: half of the step before it and of that after it; for mean
-// rates, the whole step before it.
+// The time for which a reading stands, s: half of the interval before it plus half of the interval
+// after it; for mean rates, the whole interval before it.
 double SpanOf(const std::vector<double>& time_s, std::size_t i, RateSampling sampling) {
   const double before = i > 0 ? time_s[i] - time_s[i - 1] : 0.0;
   const double after = i + 1 < time_s.size() ? time_s[i + 1] - time_s[i] : 0.0;
   return sampling == RateSampling::kMeanRate ? before : 0.5 * (before + after);
 }
 
-// The angle of a turn about each body axis, by its uncorrected readings: a column of corrected
-// readings would amplify noise by the fault's own correction.
+// The angle of a turn about each body axis, from readings that are not corrected for faults: in
+// corrected readings, the correction of a fault would amplify the noise of the fault's own column.
 Eigen::Vector3d AngleOf(const IncrementEdge& edge) {
   const TriadModel<double>& model = edge.at.triad;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -140,7 +140,7 @@ void FaultScene::PlaceSwings() {
                                     path_[k - 2 * static_cast<std::size_t>(apart_)].time_s);
     nodes_[k].swing = Swing{0.5 * (*into + *from), (*from - *into) / between_s};
     power += nodes_[k].swing->acceleration.squaredNorm();
-    noise += rate_variance_ / (between_s * between_s);  // of two rates, each over two spans
+    noise += rate_variance_ / (between_s * between_s);  // difference of two rates over two spans
   }
   if (noise < kMostNoise * power) return;
   for (Node& node : nodes_) {
@@ -167,7 +167,7 @@ void FaultScene::PlaceTurns() {
     turn_into_[edge.from + 1] = static_cast<int>(turn_rows_.size());
     turn_rows_.push_back(row);
     row += 3;
-    // A step q that hides the noise has the σ q / √12.
+    // If the resolution step q hides the noise, σ is q / √12, and half a step is √3 σ.
     half_step_ = half_step_.max(std::sqrt(3.0) * edge.sigma_raw.array());
     for (const Eigen::Vector3d& raw : edge.move.reading_raw) {
       largest = std::max(largest, (raw - edge.at.triad.bias).cwiseAbs().maxCoeff());
@@ -198,9 +198,9 @@ void FaultScene::SumTurns() const {
   for (TurnColumns& turn : turns_) turn.of[Index(FaultForm::kLowPass)].resize(0, 0);
 }
 
-// Variance by noise of the mean rate over a span of apart_ turns, summed over the axes. For a
-// smooth motion, the third difference of four consecutive spans is zero, and noise gives it 20
-// times the variance of one span (1 + 9 + 9 + 1).
+// The variance that noise gives the mean rate over a span of apart_ turns, summed over the axes. In
+// a smooth motion, the third difference of the mean rates of four consecutive spans is zero; noise
+// gives it 20 times the variance of one mean rate (1 + 9 + 9 + 1).
 double FaultScene::RateVariance() const {
   double sum = 0.0, count = 0.0;
   const auto rate_of = [&](std::ptrdiff_t k) { return RateOver(k, k + apart_); };
@@ -214,10 +214,11 @@ double FaultScene::RateVariance() const {
   return count > 0.0 ? sum / count : 0.0;
 }
 
-// Half the integral of the rate's second derivative over a turn in motion, from the mean rates of
-// two spans that end a moment before the turn and of two that begin a moment after it. The turn
-// itself is left out: its residual has the same noise, and the test would find it again. With the
-// spans' middles at ± a and ± b from the turn's middle,
+// Half the integral of the rate's second derivative over a turn in motion. It is computed from the
+// mean rates f of four spans: the two before the turn end one moment before it, and the two after
+// it begin one moment after it. The turn itself is left out: its residual has the same noise, so
+// that the test would find this noise again. If the spans' middles are at ± a and ± b from the
+// turn's middle,
 //
 //   f'' = (f(b) + f(-b) - f(a) - f(-a)) / (b^2 - a^2)
 std::optional<FaultScene::RateBend> FaultScene::RateBendAt(std::size_t turn) const {
@@ -258,7 +259,7 @@ void FaultScene::PlaceStretches() {
   if (degc.maxCoeff() > degc.minCoeff()) temperature_ = degc;
 }
 
-// Sums over the readings, in the body frame at the begin of the turn.
+// The sums over a turn's readings, in the body frame at the begin of the turn.
 TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   TurnColumns sums;
   std::array<Eigen::Matrix3d, kDiagonalForms.size()> diagonal;
@@ -313,8 +314,9 @@ TurnColumns FaultScene::SumsOf(const IncrementEdge& edge) const {
   return sums;
 }
 
-// Transforms the sums into the body frame at the turn's end, then into rows. A row is the logarithm
-// e of a rotation, so that J_l^-1(e) is applied from the left.
+// Transforms the sums into the body frame at the turn's end, and then into residual rows. A
+// residual is the logarithm e of a rotation: J_l^-1(e), the inverse left Jacobian, multiplies the
+// sums.
 void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const {
   const Eigen::Matrix3d to_end = edge.increment.rotation.conjugate().toRotationMatrix();
   const Eigen::Vector3d left = edge.Residual(graph_->layout,
@@ -332,7 +334,7 @@ void FaultScene::StateInRows(const IncrementEdge& edge, TurnColumns* sums) const
   if (edge.stated_turn >= 0) sums->squared_steps.setZero();
 }
 
-// The factor that gives a form the unit of a reading: a power of 1 / largest |u|, and of 1 / rate.
+// Makes powers of u relative to the largest |u|, and the rate relative to the largest rate.
 double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   const double one = largest_[triad] > 0.0 ? 1.0 / largest_[triad] : 0.0;
   switch (form) {
@@ -349,8 +351,9 @@ double FaultScene::ScaleOf(Triad triad, FaultForm form) const {
   }
 }
 
-// Signs of the change of u as the unit came to rest: dx/dt = x × ω. Without a gyroscope: signs of
-// the difference from the pose before, and zero if u hardly changed, since noise has a sign, too.
+// The signs of the change of u as the unit came to rest: dx/dt = x × ω. Without a gyroscope, the
+// signs of the difference from the previous pose. They are zero if u hardly changed, since noise
+// has a sign, too.
 Eigen::Vector3d FaultScene::MotionInto(Triad triad, std::size_t node) const {
   const Seen& seen = nodes_[node].seen[triad];
   if (turn_into_[node] >= 0) {

@@ -14,15 +14,17 @@
 
 namespace truetriad {
 
-// How the unknowns h of a fault change a sensor's readings. x is the true vector in the body, u = S
-// x, and R is the attitude of the solution. Powers of u are relative to the largest |u| of the run,
-// so that h is the change at that |u|, in the units of the readings.
+// A form is the matrix that, times the unknowns h of a fault, gives the change of a sensor's
+// readings. x is the true vector in the body, S the sensitivity matrix, u = S x, R the attitude; f
+// and m are the unit vectors of force and field, ω and α angular rate and acceleration. u^2, u^3
+// and |u| are divided by that power of the run's largest |u|, so that h is the change at this |u|,
+// in raw units.
 enum class FaultForm {
   kBias,        // I
   kGain,        // diag(u)                       h relative
   kMatrix,      // I ⊗ x^T                       h relative to the gains, 9 entries
   kTurned,      // S [x]x                        h rad: rotation of the chip
-  kWorld,       // S R^T                         h true units: a vector in the world
+  kWorld,       // S R^T                         h true units: a vector added in the world
   kSquare,      // diag(u^2)
   kCube,        // diag(u^3)
   kSize,        // diag(|u|)
@@ -30,58 +32,61 @@ enum class FaultForm {
   kByForce,     // I ⊗ f^T                       h at 1 g
   kByField,     // I ⊗ m^T                       h at the field's strength
   kByAttitude,  // S R^T ⊗ f^T                   h true units
-  kPlay,        // diag(sign of the last motion of u)
-  kSettling,    // u of the pose before - u      h a share
-  kStill,       // I of readings within half a step of the bias
-  kReading,     // I of poses alone, not of turns
-  kTurn,        // I of turns alone              h rad
-  kShortTurn,   // along the turn's angle        h rad
-  kLowPass,     // 1/2 d^2 u / dt^2 at moments   h s^2: time constant squared; no delay
-  kLeverArm,    // S ([α]x + [ω]x^2)             h m, from the point that the unit is turned about
+  kPlay,        // diag(sign of the change of u before the rest)
+  kSettling,    // u of the previous pose - u    h: share that is not settled
+  kStill,       // I for readings within half a resolution step of the bias, else 0
+  kReading,     // I for poses only, not for turns
+  kTurn,        // I for turns only              h rad
+  kShortTurn,   // unit vector of the turn       h rad: added to its angle
+  kLowPass,     // 1/2 d^2 u / dt^2 at moments   h s^2: time constant squared; without the delay
+  kLeverArm,    // S ([α]x + [ω]x^2)             h m: from the centre of rotation to the sensor
 };
 // The number of values of FaultForm.
 inline constexpr std::size_t kFaultForms = static_cast<std::size_t>(FaultForm::kLeverArm) + 1;
 
-// Sums over the readings i of a turn: Σ K_i e_i for the reading errors e_i of each form, with K_i =
-// dt_i dR^T R_i C and the rotation R_i from the turn's begin to reading i.
+// How a fault of each form changes a turn: Σ K_i e_i, summed over the turn's readings i, where e_i
+// is the reading's error for h = 1. K_i = dt_i dR^T R_i C, with the whole rotation dR, the rotation
+// R_i from the turn's begin to reading i, and the matrix C that corrects readings.
 struct TurnColumns {
-  std::array<Eigen::MatrixXd, kFaultForms> of;          // empty for forms that no turn has
-  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // before the turn stops, rad/s
-  double fastest = 0.0;                                 // rad/s
-  // Σ (ω dt)(ω dt)^T, in the frame of the end.
+  std::array<Eigen::MatrixXd, kFaultForms> of;          // by form; empty if a turn cannot have it
+  Eigen::Vector3d last_rate = Eigen::Vector3d::Zero();  // rate before the turn stops, rad/s
+  double fastest = 0.0;                                 // largest rate, rad/s
+  // Σ (ω dt)(ω dt)^T over the readings, in the body frame at the end of the turn.
   Eigen::Matrix3d squared_steps = Eigen::Matrix3d::Zero();
 };
 
-// The data for columns of faults: the graph at its present state, evaluated once.
+// Computes the columns of faults, which are the derivatives of a graph's predictions with respect
+// to the unknowns of a fault. They hold at the state that the graph had when the scene was made.
 class FaultScene {
  public:
-  // Largest number of groups; a scan of as many has 1426 windows. If there are more poses, a group
-  // has several.
+  // The largest number of groups of poses; a scan of 64 groups tests 1426 windows. If there are
+  // more than 64 poses, a group contains several.
   static constexpr std::size_t kMostStretches = 64;
 
   explicit FaultScene(const PoseGraph& graph);
 
-  // Number of groups of consecutive poses, which are the positions of a scan. In runs of up to 64
-  // poses, each pose is a group.
+  // Number of groups of consecutive poses; a scan tests a fault at one group after another. Each of
+  // up to 64 poses is a group of its own.
   std::size_t stretches() const { return stretch_begin_.size() - 1; }
   std::size_t poses() const { return nodes_.size(); }
   std::size_t FirstPose(std::size_t stretch) const { return stretch_begin_[stretch]; }
   double PosesIn(std::size_t stretch) const {
     return static_cast<double>(stretch_begin_[stretch + 1] - stretch_begin_[stretch]);
   }
-  // Means over each group: time from -1 to 1 over the run, and temperature, unset if constant.
+  // Means of each group. tau: time, from -1 to 1 over the run; temperature: unset if constant.
   const Eigen::VectorXd& tau() const { return tau_; }
   const std::optional<Eigen::VectorXd>& temperature() const { return temperature_; }
 
-  // The largest |u| of a sensor, raw unit.
+  // The largest |u| of a sensor (see FaultForm), raw unit.
   double largest(Triad triad) const { return largest_[triad]; }
 
-  // A form's columns, by group: their sum is the column of the whole run. A turn belongs half to
-  // the group in which it begins and half to that in which it ends. The result is empty if no pose
-  // or turn can have this form; if only the values are zero, there are columns without blocks.
+  // The columns of a form, one per group; their sum is the column of the whole run. A turn belongs
+  // half to the group in which it begins and half to that in which it ends; with kTurn, wholly to
+  // the former. If no pose or turn can have the form, the result is empty. If all values of a
+  // column are zero, it has no blocks.
   std::vector<FaultColumn> ColumnsOf(Triad triad, FaultForm form) const;
 
-  // Of all turns, in the order of the increments; the squared steps of a stated turn are zero.
+  // Of all turns, in the graph's order. If a turn's angle is stated, its `squared_steps` are zero.
   const std::vector<TurnColumns>& turns() const;
 
  private:
@@ -90,11 +95,11 @@ class FaultScene {
     Eigen::Index row = 0;
     Eigen::Vector3d x, u;
     Eigen::Matrix3d S;
-    Eigen::Matrix3d turn;  // rotates vectors into the body at the readings
+    Eigen::Matrix3d turn;  // from the pose's body frame to that during the readings
   };
-  // Rotation of the body at a moment where two turns meet: rad/s, rad/s^2, in its frame. The
-  // acceleration is zero if the gyroscope's noise dominates it; columns then keep the part that the
-  // rate alone determines.
+  // The body's angular rate and acceleration at a moment where two turns meet, in the body frame,
+  // rad/s and rad/s^2. If the gyroscope's noise dominates the accelerations of the run, all of them
+  // are zero; columns then contain only the part that the rate determines.
   struct Swing {
     Eigen::Vector3d rate, acceleration;
   };
@@ -107,8 +112,8 @@ class FaultScene {
     Eigen::Vector3d up, field;  // unit vectors in the body
   };
 
-  // The curvature of a turn's rate. The variance of its noise is `of_variance` times that of the
-  // mean rate over a span.
+  // Half the integral of the rate's second derivative over a turn. The noise of `value` has
+  // `of_variance` times the variance of a mean rate over one span (see apart_).
   struct RateBend {
     Eigen::Vector3d value;
     double of_variance = 0.0;
@@ -131,19 +136,19 @@ class FaultScene {
   const PoseGraph* graph_;
   std::vector<Node> nodes_;
   mutable std::vector<TurnColumns> turns_;  // computed at the first call of turns()
-  std::vector<int> turn_into_;              // of each node; -1: none
+  std::vector<int> turn_into_;              // by node: the turn that ends there; -1: none
   std::vector<Eigen::Index> turn_rows_;
   std::vector<std::size_t> stretch_begin_, stretch_of_;
-  PerTriad<double> largest_{{0.0, 0.0, 0.0}};          // |u|
+  PerTriad<double> largest_{{0.0, 0.0, 0.0}};          // largest |u|, raw unit
   mutable double largest_rate_ = 0.0;                  // computed with turns_
-  Eigen::Array3d half_step_ = Eigen::Array3d::Zero();  // of the gyroscope, raw unit
+  Eigen::Array3d half_step_ = Eigen::Array3d::Zero();  // half a step of the gyroscope, raw unit
   struct Path {
     Eigen::Vector3d angle = Eigen::Vector3d::Zero();
     double time_s = 0.0;
     std::ptrdiff_t turns = 0;
   };
-  std::vector<Path> path_;    // of each node; empty without turns
-  std::ptrdiff_t apart_ = 1;  // length of a rate's span, in moments
+  std::vector<Path> path_;    // from the chain's begin to each node; empty without turns
+  std::ptrdiff_t apart_ = 1;  // span of a mean rate: this many consecutive turns
   double rate_variance_ = 0.0;
   Eigen::VectorXd tau_;
   std::optional<Eigen::VectorXd> temperature_;

@@ -23,19 +23,19 @@ namespace {
 
 // The only significance level: a clean run has a finding with a probability of 1 %.
 constexpr double kLevelOfRun = 0.01;
-// Chosen: more are not accepted, but reported as has_more_faults.
+// Chosen: the most faults that are accepted. If more are significant, has_more_faults is set.
 constexpr std::size_t kMostFaults = 8;
-// The level of one fault alone, for notes.
+// The significance level of a fault that is only noted: that of a single test.
 constexpr double kNoteLevel = kLevelOfRun;
-// Largest κ of a fault whose column is computed from noisy readings. If the model leaves little of
-// such a column, the test finds the column's own noise: in each of 20 clean recordings of motion,
-// the gyroscope's gains seemed to change by 130 %, with κ = 14.
+// Largest κ of a fault whose column is computed from noisy readings. If other unknowns explain most
+// of such a column, its remainder is noise, and the test finds this noise: in each of 20 clean
+// recordings of motion, the gyroscope's gains seemed to change by 130 %, with κ = 14.
 constexpr double kHardlyTold = 12.0;
-// Prior σ of undetermined directions of h over that of determined ones: a sensor's axes are alike.
+// Prior σ of each unknown over the rms of the determined ones: the axes of a sensor are alike.
 constexpr double kUnseenOverSeen = 1.0;
-// log 1000: a thousand to one.
+// log 1000: of two rival explanations, neither is more than a thousand times as likely.
 const double kRivalLogOdds = 3.0 * std::numbers::ln10;
-// Prior σ of a fault that is being tested, in units of its own σ: it adds 1e-8 of the information.
+// Prior σ of a tested fault over its σ by the readings: the prior adds 1e-8 of the information.
 constexpr double kFree = 1e4;
 // Number of a kind's positions that are tested in full: those with the smallest lower limit of p.
 constexpr std::size_t kMostPositions = 3;
@@ -43,9 +43,9 @@ constexpr std::size_t kMostPositions = 3;
 constexpr int kSettlingSteps = 40;
 // A correction has converged if its last step is below this share of every parameter's σ.
 constexpr double kSettledSigmas = 1e-3;
-constexpr int kMostRounds = 8;  // each round squares the error (Gauss-Newton)
-// The quick test has the variances of the model without the fault. If its p is below the fault's
-// level to this power, the full test follows.
+constexpr int kMostRounds = 8;  // most Gauss-Newton rounds; each squares the error
+// The quick test uses the variances of the model without the fault. A full test follows if p of the
+// quick test is below the fault's significance level to this power.
 constexpr double kLookAgain = 0.6;
 // If the excess of turns is below this share of their readings' noise, lost rows are not tested.
 constexpr double kScatteredTurns = 0.5;
@@ -68,7 +68,7 @@ struct Candidate {
   double Score() const { return test.log_p - log_level; }
 };
 
-// A form of a sensor, whose columns are shared by candidates.
+// A form of one sensor. All candidates that have this form share its columns.
 struct SensorForm {
   Triad triad = Triad::kAccelerometer;
   FaultForm form = FaultForm::kBias;
@@ -81,11 +81,11 @@ struct Taken {
   std::size_t candidate = 0;
   Eigen::VectorXd sigma;
   Eigen::MatrixXd per_unknown;  // change of the free coordinates by h = 1
-  Eigen::VectorXd by_rival;     // further change of these if the strongest rival is true instead
+  Eigen::VectorXd by_rival;     // further change if the most different rival is the true fault
   TakenFault fault;
 };
 
-// The share s of lost rows if a component is s (1 - s): the smaller solution. Unset above 1/4.
+// Solves component = s (1 - s) for the share s of lost rows, at most 1/2; unset above 1/4.
 std::optional<double> ShareOf(double component) {
   if (component > 0.25) return std::nullopt;
   return 0.5 * (1.0 - std::sqrt(1.0 - 4.0 * component));
@@ -102,8 +102,8 @@ class FaultSearch {
   FaultFindings Run();
   // Solves until a further step is negligible; false if steps do not converge.
   bool Settle();
-  // After Run: the log likelihood of all readings, in which each rejected reading has its own
-  // variance, plus LogPrior().
+  // After Run: LogPrior() plus the log likelihood of all readings, in which each rejected reading
+  // has a variance of its own.
   double log_evidence() const { return log_evidence_; }
   // Whether faults changed the graph that was given.
   bool HasChanged() const { return model_.added().size() > 0 || findings_.lost_rows.has_value(); }
@@ -166,8 +166,9 @@ class FaultSearch {
   FaultFindings findings_;
 };
 
-// Whether temperature terms replace the kind: with them a sensor's bias and gain vary with the
-// chamber's settings, and what they do not explain is reported as drift between settings.
+// Whether a kind is not tested because of temperature terms: with them a sensor's bias and gain
+// vary with the chamber's settings, and what terms do not explain is reported as drift between
+// settings.
 bool FaultSearch::IsOfTemperature(const FaultKind& kind, Triad triad) const {
   const bool varies = kind.varies == Varies::kBias || kind.varies == Varies::kGain;
   return varies && kind.shape != FaultShape::kTemperature &&
@@ -240,7 +241,7 @@ void FaultSearch::StateColumns() {
   model_.SetColumns(std::move(added));
 }
 
-// The end of a fault's candidates, which are adjacent: one for each of its positions.
+// The end of the adjacent candidates (one for each position) of the fault that starts at `begin`.
 std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
   std::size_t end = begin;
   while (end < candidates_.size() && candidates_[end].form == candidates_[begin].form &&
@@ -253,7 +254,7 @@ std::size_t FaultSearch::EndOfFault(std::size_t begin) const {
 // Divides the significance level equally among the faults that the poses determine, and a fault's
 // part among its positions. Whether poses determine a fault is tested at its middle position.
 void FaultSearch::ShareBudget() {
-  double faults = 1.0;  // lost rows
+  double faults = 1.0;  // the test of lost rows
   for (std::size_t begin = 0, end = 0; begin < candidates_.size(); begin = end) {
     end = EndOfFault(begin);
     const Candidate& middle = candidates_[begin + (end - begin) / 2];
@@ -314,8 +315,8 @@ double FaultSearch::KappaOf(const FaultColumn& column, const Eigen::MatrixXd& T)
                          Times(model_.system().SharedShift(column), T));
 }
 
-// log p at the variances that are optimal with the fault included. v and F¹ are of the model in
-// which the fault's determined directions are free; X is of the model without the fault, at this v.
+// log p of a candidate, with the variances v that are optimal if the fault is included. v and F¹
+// are of a model in which the determined directions of h are free; X is of the model without it.
 double FaultSearch::Confirmed(const Candidate& candidate) {
   const FaultColumn column = ColumnOf(candidate);
   FaultColumn seen;
@@ -413,8 +414,8 @@ void FaultSearch::TakeIn(Candidate* candidate) {
   taken_.push_back(std::move(taken));
 }
 
-// The log likelihood of the model with the fault of smallest p added, significant or not; the
-// excess starts from `v`.
+// The log likelihood of the model without lost rows and with the fault of smallest p, significant
+// or not. The excess starts from `v`.
 double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   const auto best = std::min_element(
       candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
@@ -436,10 +437,11 @@ double FaultSearch::LikelihoodOfBest(const Eigen::VectorXd& v) {
   return likelihood;
 }
 
-// Tests lost rows by the likelihood ratio for a variance that may be zero (half of χ² with one
-// degree of freedom), and by the directions of turn errors: those of a few outliers are not along
-// turns. True if lost rows are significant, and more so than any fault. Only directions are tested
-// if P is not formed, or if the turns' noise is not estimated and may contain lost rows.
+// Tests for lost rows, and returns true if they are significant, and more so than any fault. There
+// are two tests. The first is of the directions of turn errors: lost rows cause errors along the
+// turns, a few outliers do not. The second is the likelihood ratio for a variance that may be zero
+// (half of χ² with one degree of freedom). It is omitted if P is not formed, or if the turns' noise
+// is not estimated and may contain lost rows.
 bool FaultSearch::TakeLostRows(double clearest_score) {
   const auto& names = noise_->estimated;
   const auto turns = std::find(names.begin(), names.end(), NoiseComponent::kTurn) - names.begin();
@@ -479,7 +481,7 @@ bool FaultSearch::TakeLostRows(double clearest_score) {
   return false;
 }
 
-// Change of the free coordinates by h = 1 while the fault lasts.
+// By how much the true free coordinates change by each unknown h = 1 while the fault lasts.
 Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const {
   const SharedLayout& layout = graph_->layout;
   const Eigen::Index unknowns = kind.varies == Varies::kMatrix ? 9 : 3;
@@ -510,7 +512,7 @@ Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const 
         changes(layout.reference + kDip, i) = by_dip[i] / field.squaredNorm();
         break;
       case Varies::kMounting:
-        // The leading triad defines the body frame: relative to it the others turn.
+        // The accelerometer defines the body frame: if it slips, the other sensors seem to turn.
         for (const Triad other : kTriads) {
           if (!layout.Has(other)) continue;
           const bool is_leading = triad == Triad::kAccelerometer;
@@ -524,7 +526,8 @@ Eigen::MatrixXd FaultSearch::VariedBy(const FaultKind& kind, Triad triad) const 
   return TransposeTimes(layout.basis, changes);
 }
 
-// Mean over the poses of (change)(change)^T of the free coordinates, with E h h^T = h h^T + V_h.
+// The mean over all poses of d d^T, where d is the change of the free coordinates by the fault.
+// E h h^T is h h^T + V_h, with the covariance V_h of h.
 Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const {
   const Candidate& candidate = candidates_[taken.candidate];
   const Eigen::VectorXd& h = taken.fault.h;
@@ -546,8 +549,8 @@ Eigen::MatrixXd FaultSearch::SpreadOf(const Taken& taken, Eigen::Index at) const
   }
   Eigen::MatrixXd spread = Congruence(VariedBy(*candidate.kind, candidate.triad), mean);
   if (candidate.kind->varies == Varies::kField) {
-    // The mean m of fields m_k is shorter than the fields, |m|^2 = E |m_k|^2 - E |m_k - m|^2, and
-    // the stated strength may be that of the mean or of the fields.
+    // The mean m of varying fields m_k is shorter than the fields:
+    // |m|^2 = E |m_k|^2 - E |m_k - m|^2. The stated strength may be that of m or of the m_k.
     const double field = graph_->reference()[kField];
     const Eigen::Matrix3d gains =
         0.5 * mean.trace() / (field * field) * graph_->sensitivity(candidate.triad);
@@ -624,8 +627,8 @@ void FaultSearch::StateNotes() {
   }
 }
 
-// C is the covariance with all other stated faults. A stated fault widens it to C + G A^-1 G^T,
-// with its shifts G, and the information A of readings and prior on it.
+// C is the covariance with all stated faults but one. This fault widens C to C + G A^-1 G^T: G is
+// the shift by its unknowns, and A the information of readings and prior on them.
 void FaultSearch::StateWidening() {
   const Eigen::Index rows = model_.system().residual().size();
   for (const StatedFault& stated : stated_) {
@@ -665,9 +668,9 @@ void FaultSearch::StateMisfit() {
   if (misfit.is_unexplained && !misfit.has_more_faults) CountAsSystematic(covariance);
 }
 
-// If a component far exceeds its noise at rest, and its sensor has a fault with p < 1 %, the
-// component is treated as an error that all poses have in common, or in runs of more than 64 poses,
-// the poses of a group. The covariance by this error is added.
+// If a noise component far exceeds its noise at rest, and its sensor has a fault with p < 1 %, the
+// excess is treated as one error that all poses have in common; in runs of more than 64 poses, one
+// error of each group of poses. The covariance that this error causes is added.
 void FaultSearch::CountAsSystematic(const Eigen::MatrixXd& covariance) {
   for (std::size_t c = 0; c < noise_->estimated.size(); ++c) {
     const auto at = static_cast<Eigen::Index>(c);
@@ -707,11 +710,11 @@ bool FaultSearch::Settle() {
   return false;
 }
 
-// Adds a fault and corrects it. If the correction does not converge or makes the recording less
-// likely, as strong nonlinearity does, it is reverted, and σ are widened instead. If the fault's
-// form determines the parameters' shift (κ above kTrusted), the correction must make the recording
-// 1000 times more likely: one in a hundred clean recordings has such a fault, which would shift a
-// parameter by ten σ.
+// Adds a fault and corrects the readings for it. If the correction does not converge, or makes the
+// recording less likely (as strong nonlinearity does), it is undone, and the σ of parameters are
+// widened instead. If κ is above kTrusted, the fault's form determines how far parameters shift;
+// the correction must then make the recording 1000 times more likely. Otherwise, one in a hundred
+// clean recordings would have a parameter shifted by ten σ.
 void FaultSearch::TryWith(Candidate* candidate) {
   const PoseGraph graph = *graph_;
   const NoiseState noise = *noise_;
@@ -747,11 +750,12 @@ void FaultSearch::TryWith(Candidate* candidate) {
   LookAtScene();
 }
 
-// Log of the prior probability of the accepted faults and the rejected readings. A fault is one of
-// its positions and one of all faults, a rejected reading is one of all readings; the fitted σ of
-// either costs one more (Akaike 1974). A rejected reading has a small weight w, which the
-// likelihood takes for a variance: it adds 1/2 rank log w, for the `rank` directions that others
-// determine. The most likely variance replaces it, |r|^2 / rank in units of its noise.
+// Log of the prior probability of the accepted faults and the rejected readings. A fault has the
+// probability 1 / (faults × its positions), a rejected reading 1 / readings; the fitted σ of either
+// costs one more (Akaike 1974). A rejected reading has a small weight w. The likelihood treats 1/w
+// as a variance and thus contains 1/2 rank log w, for the `rank` directions that others determine.
+// This is replaced by the term of the most likely variance, |r|^2 / rank in units of the reading's
+// noise.
 double FaultSearch::LogPrior() const {
   double sum = 0.0;
   for (const Taken& taken : taken_) sum += LogPriorOf(taken);

@@ -100,7 +100,7 @@ void TakenModel::SettleExcess(int steps) {
   }
 }
 
-// Z h. Columns with h = 0 are left out, so that they change no bit of the sum.
+// Z h. Columns with h = 0 are skipped, so that the sum is bit for bit the same as without them.
 Eigen::VectorXd TakenModel::Correction() const {
   Eigen::VectorXd off = Eigen::VectorXd::Zero(system_.residual().size());
   for (Eigen::Index j = 0; j < added_.size(); ++j) {
@@ -109,8 +109,8 @@ Eigen::VectorXd TakenModel::Correction() const {
   return off;
 }
 
-// A row is model minus reading: to add Z h to it, a reading is reduced by Z h, or a turn dR becomes
-// dR Exp(-Z h).
+// A row is the model minus the reading. Z h is added to a row by reducing the reading by Z h, or by
+// replacing a turn dR by dR Exp(-Z h).
 void TakenModel::CorrectReadings(const Eigen::VectorXd& off) {
   Eigen::Index row = 0;
   std::size_t reading = 0;

@@ -12,11 +12,11 @@
 
 namespace truetriad {
 
-// The graph with accepted faults. Its readings can be corrected for them and restored, its
-// variances are at their optimum, and its linear system includes the faults.
+// A graph with its accepted faults. Its linear system contains their columns, its readings can be
+// corrected for them and restored, and its variances are estimated with them included.
 class TakenModel {
  public:
-  // `system`: of the graph.
+  // `system`: the linear system of `graph`.
   TakenModel(const ReducedSystem& system, PoseGraph* graph, NoiseState* noise);
 
   const FaultSystem& system() const { return system_; }
@@ -29,14 +29,15 @@ class TakenModel {
   // Estimates variances by REML with the present model, in at most `steps` steps.
   void SettleExcess(int steps);
   void SetExcess(const Eigen::VectorXd& v);
-  // Sets a second variance component of the turns, at first zero, or removes it if `unit` is empty.
+  // Sets a second variance component of turns, in addition to their excess; a new one starts at
+  // zero. If `unit` is empty, removes the component.
   void SetTurnVariances(TurnVariances unit);
 
-  // Corrects the readings by h and solves again: one Gauss-Newton step, with turns integrated
-  // again. The columns are still of the former solution, so that SetColumns must follow.
+  // Corrects the readings by the present h, then takes one Gauss-Newton step and integrates the
+  // turns again. The columns are not computed again here: call SetColumns next.
   void Relinearise();
 
-  // Computes the noise estimate of the corrected readings, as that of a graph without faults.
+  // Computes the noise estimate from the corrected readings, as for a graph without faults.
   void StateEstimate();
   // χ² of the corrected readings with the noise at rest alone. It must be the last call, since it
   // invalidates the system.
@@ -53,10 +54,11 @@ class TakenModel {
   ExcessState excess_;
   AddedColumns added_;
   Eigen::VectorXd corrected_by_;
-  bool is_linearised_ = true;  // with readings corrected by corrected_by_
+  bool is_linearised_ = true;  // whether system_ is up to date with corrected_by_
   TurnVariances turn_unit_;
   bool is_settled_ = true;
-  // Uncorrected values: of the poses' observations, and of the turns as last integrated.
+  // The graph's values without the faults: the poses' readings, the turns' rotations as last
+  // integrated, and the turns' stated covariances.
   std::vector<Eigen::Vector3d> readings_;
   std::vector<Eigen::Quaterniond> rotations_;
   std::vector<Eigen::Matrix3d> stated_covariance_;

@@ -18,9 +18,10 @@ class FieldSchema;
 ///   logged = matrix * (scale ∘ (raw - offset - P(T) + P(T_cal)))
 ///   raw    = (matrix * diag(scale))^-1 * logged + offset + P(T) - P(T_cal)
 ///
-/// P(T) = Σ_k coefficients_k ∘ τ^k, k = 1, 2, …, τ = clamp(T, range) - reference; T_cal is clamped
-/// likewise, and P(T_cal) = 0 if T_cal is not stated. Offsets and P are in the unit of the log, T
-/// is in degC. docs/recordings.md.
+/// P(T) = Σ_k coefficients_k ∘ τ^k, k = 1, 2, …, with τ = clamp(T, range) - reference. T_cal, which
+/// is clamped likewise, is the temperature at which the firmware's own calibration was made; if it
+/// is not stated, P(T_cal) = 0. Offsets and P are in the unit of the log, T is in degC.
+/// docs/recordings.md.
 struct AppliedCorrection {
   struct Thermal {
     double reference_degc = 0.0;
@@ -44,7 +45,7 @@ struct AppliedCorrection {
 /// thermal. Errors, including the word `unknown`, are recorded in `yaml`.
 std::optional<AppliedCorrection> ReadAppliedCorrection(YamlReader yaml);
 
-/// States the schema of such an entry.
+/// Adds the schema of a triad's entry of `applied:` to `visit`, under `key`.
 void AppliedSchema(std::string_view key, FieldSchema& visit);
 
 }  // namespace truetriad

@@ -185,7 +185,7 @@ Status BurstWindows::MeasureInterval(const Window& earlier,
   // If an interval exceeds the usual one by more than this factor, it is a gap; a lost window
   // doubles the interval.
   constexpr double kGap = 1.5;
-  constexpr int kMostGapsAlike = 2;  // A third such gap in a row is the usual interval.
+  constexpr int kMostGapsAlike = 2;  // A third equal gap in a row is the usual interval.
   if (later.time_ns <= earlier.time_ns) {
     return Fail(ErrorCode::kTimeGoesBack,
                 later.begin,

@@ -19,12 +19,13 @@ namespace truetriad {
 /// per window.
 ///
 /// A chip's FIFO is read when it holds `size` samples. The time of a window is that of its last
-/// sample. One row states it, the same in each window, or all rows do. The samples of a window are
-/// spaced evenly from the time of the previous window to that of their own window. In the first
-/// window and after a gap, they are spaced as in the neighbouring windows.
+/// sample. Either one row of each window states this time, always the row at the same position, or
+/// all rows do. The samples of a window are spaced evenly from the time of the previous window to
+/// that of their own window. In the first window and after a gap, they are spaced as in the
+/// neighbouring windows.
 class BurstWindows {
  public:
-  static constexpr std::int64_t kMost = 65536;  ///< Rows. FIFOs hold fewer; bounds the memory.
+  static constexpr std::int64_t kMost = 65536;  ///< Rows. It bounds the memory; FIFOs hold fewer.
 
   /// `size`: 2 … kMost rows per window; the first row of the file begins a window.
   BurstWindows(std::int64_t size, std::string file) : size_(size), file_(std::move(file)) {}
@@ -43,7 +44,7 @@ class BurstWindows {
   Result<SampleBlock> Finish(Triad triad);
 
  private:
-  /// The waiting samples [begin, end).
+  /// One window of the log: the waiting samples [begin, end).
   struct Window {
     std::size_t begin = 0, end = 0;
     std::int64_t number = 0;  ///< Number of the window in the file, from 0.
@@ -54,7 +55,7 @@ class BurstWindows {
     bool is_cut = false;       ///< The window is the last one and cut short.
   };
 
-  /// A time that a row states, and its place.
+  /// A time that a row states, with the row and the line of the file.
   struct Stated {
     std::int64_t row, time_ns, line;
     bool is_alone;  ///< No other row without a reading states the time.
@@ -66,24 +67,25 @@ class BurstWindows {
   /// Gives a window the time that one of its rows states. Error: the window already has another
   /// time.
   Status TakeTime(const Stated& stated, Window* window) const;
-  /// Error: the time is on another row of the window than in the last window with one timed row.
+  /// Checks which row of a window states the time. Error: it is another row than in the last window
+  /// with only one timed row.
   Status CheckTimedRow(const Window& window) const;
-  /// The row, counted from 1, that the time of a window after the first belongs to. In a complete
-  /// window this is the last row. If a window is cut short, some loggers state the time of the last
-  /// existing row: of both rows, the one is taken with which the interval is closer to the usual
-  /// one.
+  /// The row of a window, counted from 1, to which the window's time belongs; not for the first
+  /// window. In a complete window this is the last row. If a window is cut short, some loggers
+  /// state the time of the last existing row instead. Then the row is chosen with which the
+  /// interval is closer to the usual one.
   std::int64_t StampedRow(const Window& window) const;
   /// Measures the interval for the first window. Returns false if more rows must be read first.
   Result<bool> MeasureFirstInterval(const Window& first, bool at_end);
-  /// Measures the interval; the time of `later` belongs to its row `rows`, counted from 1. Error:
-  /// `later` is not after `earlier`.
+  /// Measures the interval from `earlier` to `later`. The time of `later` belongs to its row
+  /// `rows`, counted from 1. Error: `later` is not after `earlier`.
   Status MeasureInterval(const Window& earlier, const Window& later, std::int64_t rows);
   Error Fail(ErrorCode code, std::size_t sample, const std::string& text) const;
 
   std::int64_t size_;
   std::string file_;
   HeldSamples waiting_;              ///< The samples returned last, then those that wait.
-  std::vector<std::int64_t> lines_;  ///< The lines of these samples.
+  std::vector<std::int64_t> lines_;  ///< The lines of the samples in waiting_.
   std::size_t done_ = 0;             ///< Number of samples returned last.
   std::deque<Stated> other_times_;   ///< Times from rows without a reading, for waiting windows.
   std::optional<Window> last_;       ///< The last window with computed times.

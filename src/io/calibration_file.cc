@@ -135,7 +135,7 @@ std::string ConfigBlock(const std::string& config_yaml) {
 
 // Whether variances and correlations are valid up to rounding.
 bool IsCovariance(const Eigen::MatrixXd& matrix) {
-  constexpr double kRounding = 1e-6;  // Rounding, 1e-16, times a condition of 1e10.
+  constexpr double kRounding = 1e-6;  // Rounding, 1e-16, times a condition number of 1e10.
   if (matrix.size() == 0) return true;
   if (!matrix.allFinite() || matrix.diagonal().minCoeff() < 0.0) return false;
   const Eigen::VectorXd sigma = matrix.diagonal().cwiseSqrt();

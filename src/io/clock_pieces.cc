@@ -21,8 +21,8 @@ bool ClockPieces::BeginsAnew(std::int64_t stated_ns) const {
   const std::int64_t back_ns = *last_ns_ - stated_ns;
   if (rows_ < kFewestRows || back_ns <= 0 || (back_ns - 1) / kFewestRows < spacing_ns_)
     return false;
-  // If the shifted times exceeded the range of times, the times are not shifted, and the reader
-  // refuses the file.
+  // If shifted times would exceed kFarthestTime, the times are not shifted, and the reader refuses
+  // the file.
   return back_ns <= CsvReader::kFarthestTime - shift_ns_ - spacing_ns_;
 }
 

@@ -58,7 +58,7 @@ std::string_view Unquoted(std::string_view field) {
 }
 
 /// The end of the first field of a line: the first separator outside of quotation marks, or npos.
-/// If a quotation mark is not closed, the first separator.
+/// If a quotation mark is not closed, marks are ignored.
 std::size_t FieldEnd(std::string_view line, char separator) {
   bool is_quoted = false;
   const std::size_t begin = line.find_first_not_of(" \t");
@@ -158,7 +158,7 @@ const TableLine* CommentedHeader(const std::vector<TableLine>& comments, const T
 /// Whether the fields are the column numbers 0, 1, 2, … in place of names. A column of row numbers
 /// before them has an empty name.
 bool CountsColumns(std::vector<std::string_view> fields) {
-  constexpr std::size_t kFewestColumns = 4;  // A shorter row 0, 1, 2 may be one of readings.
+  constexpr std::size_t kFewestColumns = 4;  // A row 0, 1, 2 may be a reading.
   if (!fields.empty() && fields.front().empty()) fields.erase(fields.begin());
   if (fields.size() < kFewestColumns) return false;
   for (std::size_t i = 0; i < fields.size(); ++i) {
@@ -228,7 +228,7 @@ Result<std::unique_ptr<CsvReader>> CsvReader::OpenHead(const std::string& path) 
   constexpr std::size_t kHeadBytes = 16U << 10;  // Most headers fit; for others Open reads more.
   TRUETRIAD_ASSIGN_OR_RETURN(std::unique_ptr<TextFile> file, TextFile::Open(path, kHeadBytes));
   std::unique_ptr<CsvReader> reader(new CsvReader(std::move(file), {}));
-  if (!reader->ReadHeader()) return Open(path, {});  // The comments before the header are longer.
+  if (!reader->ReadHeader()) return Open(path, {});  // The header may be after this part.
   return reader;
 }
 
@@ -243,7 +243,7 @@ Result<std::unique_ptr<CsvReader>> CsvReader::Open(const std::string& path,
 CsvReader::CsvReader(std::unique_ptr<TextFile> file, const CsvLayout& layout)
     : file_(std::move(file)),
       layout_(layout),
-      // A row has at least one byte, its line end.
+      // A small file needs fewer rows: a row has at least one byte, its line end.
       rows_(std::min(kBlockSamples - 1, file_->MostBytes()) + 1),
       lines_(rows_.size()) {}
 

@@ -67,13 +67,13 @@ class CsvReader {
   /// of pandas.
   bool may_begin_with_row_numbers() const { return may_begin_with_row_numbers_; }
   std::size_t column_count() const { return columns_.size(); }
-  /// "column `ax`" or, without a header, "column 3 (counted from 0)".
+  /// Names a column in messages: "column `ax`" or, without a header, "column 3 (counted from 0)".
   std::string ColumnName(std::size_t column) const;
-  /// The columns that the header calls `name`; if there are none, the column of index `name`, from
-  /// 0.
+  /// The columns that the header calls `name`. If there are none and `name` is a number, the column
+  /// with this number, from 0.
   std::vector<std::size_t> ColumnsCalled(const std::string& name) const;
 
-  /// Selects a column. Error: it is already mapped as something else.
+  /// Selects a column to be read as `kind`. Error: the column is already mapped as something else.
   Status Map(std::size_t column, Kind kind, int power = 0);
 
   /// Reads the next rows and returns their number: at most kBlockSamples, 0 at the end. Error, with
@@ -110,8 +110,8 @@ class CsvReader {
   Result<std::size_t> ReadRows();
   /// Parses the number or time at `p` into row `row`; returns its end, or null for anything else.
   const char* ParseValue(const char* p, Column* column, std::size_t row);
-  /// Like ParseValue, but for a value between quotation marks; if they are empty, the value is
-  /// missing.
+  /// Like ParseValue, but for a value between quotation marks. If nothing is between them, the
+  /// value is missing.
   const char* ParseQuoted(const char* p, Column* column, std::size_t row);
   static void SetMissing(Column* column, std::size_t row);
   Error FieldError(const char* line_begin, std::size_t column) const;
@@ -122,7 +122,7 @@ class CsvReader {
   /// Whether `line` is the last line of the file and has no '\n'. If such a line is malformed, it
   /// was only half written.
   bool IsCutOff(std::string_view line) const;
-  Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< At this line.
+  Error Fail(ErrorCode code, int column, const std::string& message) const;  ///< Error at line_.
 
   std::unique_ptr<TextFile> file_;
   CsvLayout layout_;

@@ -34,7 +34,7 @@ struct MapWord {
 /// How a map is written, and the words that may replace it.
 struct MapForm {
   bool is_there = true;
-  bool is_flow = false;  ///< In one line.
+  bool is_flow = false;  ///< Written on one line.
   std::vector<MapWord> words = {};
 };
 
@@ -50,8 +50,8 @@ class FieldReader {
     return ReadAs(kind, Child(key), &value);
   }
 
-  /// Reads the key that is present; two of the keys at once are an error. The permitted range
-  /// applies to the number as written in the file.
+  /// Reads the one of `keys` that is present; two at once are an error. The permitted range applies
+  /// to the number as written in the file.
   template <typename Value, typename Kind>
   bool operator()(const QuantityKeys& keys, Value& value, const Kind& kind) {
     const QuantityKey* found = nullptr;
@@ -122,7 +122,7 @@ class FieldReader {
     value = when;
     return true;
   }
-  /// "file:line: key".
+  /// Where `key`, or the map if `key` is empty, is stated: "file:line: key".
   std::string PlaceOf(std::string_view key = "");
 
   YamlReader& map() { return map_; }
@@ -146,7 +146,7 @@ class FieldReader {
   void End(const MapForm& form);
 
   YamlReader map_;
-  std::set<std::string> keys_;  ///< The known keys.
+  std::set<std::string> keys_;  ///< All keys that were asked for.
 };
 
 }  // namespace truetriad

@@ -11,7 +11,8 @@
 namespace truetriad {
 namespace {
 
-/// The bound is stated without the number that lies next to it, such as the smallest above zero.
+/// States a bound of a range. If `number` is the double next to a whole number, such as the
+/// smallest one above zero, the whole number is stated as an exclusive bound.
 void State(const char* bound, const char* exclusive, double number, double beyond, Json* schema) {
   if (!std::isfinite(number)) return;
   const double next = std::nextafter(number, beyond);
@@ -87,7 +88,7 @@ Json SchemaOf(BodyAxis, const Eigen::Vector3d*) {
 Json SchemaOf(NumberList, const std::vector<double>*) {
   return ListSchema(RangeSchema(kAnyNumber, "number"));
 }
-// A plain number or truth value in YAML, such as a serial number, is a text as well.
+// Plain numbers and truth values of YAML, such as a serial number 123, are texts as well.
 Json SchemaOf(const Text&, const std::string*) {
   return {{"type", {"string", "number", "boolean"}}};
 }

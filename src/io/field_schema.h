@@ -20,15 +20,15 @@
 
 namespace truetriad {
 
-// The JSON Schema (draft 2020-12) of each kind of value, from which editors complete and check the
-// files that users write. It accepts all that ReadAs accepts, except numbers in quotes. The pointer
-// only selects the type of the value.
+// SchemaOf gives the JSON Schema (draft 2020-12) of a kind of value. Editors use the schema to
+// complete and check the files that users write. It accepts all that ReadAs accepts, except numbers
+// in quotes. The pointer only selects the type of the value.
 
-/// A value that may be either; words become one list of words.
+/// The schema of a value that fits either schema. If both are lists of words, they become one list.
 Json AnyOf(const Json& first, const Json& second);
-/// One of these words; `true` and `false` are no texts in YAML.
+/// The schema of one of these words. `true` and `false` become truth values, as in YAML.
 Json WordSchema(const std::vector<std::string_view>& words);
-/// Numbers of the range.
+/// The schema of a number in the range.
 Json RangeSchema(const Range& range, std::string_view type);
 Json ListSchema(const Json& items);
 
@@ -80,24 +80,24 @@ Json SchemaOf(const MapOf<Kind>& map, const std::map<std::string, Value>*) {
           {"additionalProperties", SchemaOf(map.kind, static_cast<const Value*>(nullptr))}};
 }
 
-/// States the schema of what a FieldReader reads by the same list of fields. Conditions on several
-/// keys are not stated.
+/// Makes the schema of what a FieldReader reads with the same list of fields. Conditions on several
+/// keys are left out.
 ///
-/// A list is walked four times: its questions whether a key is there are answered with yes or no,
-/// and so are those about values. A key may have any value that it has in one of the walks; it is
-/// required if all walks require it.
+/// A list of fields is walked four times. The list may ask whether a key is there, and of which
+/// form a value is; the walks combine the answers yes and no to these two kinds of questions. A key
+/// may have any value that it has in one of the walks. It is required if all walks require it.
 class FieldSchema {
  public:
   static constexpr bool kReads = false, kWrites = false;
 
-  /// A map of the fields that `of` lists.
+  /// The schema of a map with the fields that `of` lists.
   template <typename Of>
   static Json OfMap(const Of& of, const std::vector<MapWord>& words = {}) {
     FieldSchema visit;
     for (visit.walk_ = kWalks; visit.walk_-- > 0;) of(visit);
     return visit.Taken(words);
   }
-  /// A whole file of the fields that `of` lists.
+  /// The schema of a whole file with the fields that `of` lists.
   template <typename Of>
   static Json OfFile(std::string_view title, const Of& of) {
     Json schema = {{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", title}};
@@ -126,7 +126,8 @@ class FieldSchema {
           of(visit, item);
         })));
   }
-  /// Adds a value that the key may have; an empty schema, which is any value, gives way to others.
+  /// Adds a schema that the values of a key may have. An empty schema, which allows any value,
+  /// counts only if the key has no other.
   void Add(std::string_view key, const Json& schema);
 
   static void Expect(bool, std::string_view, std::string_view = "") {}
@@ -158,7 +159,7 @@ class FieldSchema {
   static constexpr std::size_t kWalks = 4;  // 2 answers to each of 2 kinds of questions.
   std::size_t walk_ = 0;                    ///< Counts down; its two bits are the answers.
   Json properties_ = Json::object();
-  std::array<std::set<std::string>, kWalks> required_;  ///< In each walk.
+  std::array<std::set<std::string>, kWalks> required_;  ///< Required keys, by walk.
 };
 
 }  // namespace truetriad

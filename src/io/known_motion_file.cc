@@ -26,7 +26,7 @@ void ReadAxis(FieldReader& visit, Eigen::Vector3d* axis) {
   *axis = std::abs(length - 1.0) > kExactUnitLength ? vector / length : vector;
 }
 
-/// `start_s` and `end_s`, in the log's time.
+/// Reads `start_s` and `end_s`, in the log's time.
 void TimeFields(FieldReader& visit, TimeRange* times) {
   // An int64 of nanoseconds holds times up to 9.2e9 s.
   constexpr double kFurthestS = 9.2e9;
@@ -110,8 +110,8 @@ StatedRate ReadRate(FieldReader& visit, const RateDefaults& defaults) {
                "its rate is zero, which has no effect without a known axis; leave it out");
   double sigma_radps = defaults.sigma_radps;
   visit(InDegrees("sigma_degps"), sigma_radps, kNotNegative);
-  // A small angular error of the direction changes the rate perpendicular to it. An unknown
-  // direction is estimated instead.
+  // A small angular error of the axis changes the rate at right angles to the axis. An unknown axis
+  // is estimated instead, so it has no error here.
   const double across_radps =
       rate.is_axis_known ? defaults.axis_sigma_rad * rate.rate_radps.norm() : 0.0;
   const Eigen::Vector3d along = rate.rate_radps.stableNormalized();

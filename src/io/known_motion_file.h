@@ -9,7 +9,7 @@
 
 namespace truetriad {
 
-/// Values for turns in a file that do not state their own.
+/// The σ for those turns of a file that do not state their own.
 struct TurnDefaults {
   double sigma_rad = 0.0;
   double axis_sigma_rad = 0.0;
@@ -25,7 +25,7 @@ struct TurnDefaults {
 Result<std::vector<StatedTurn>> ReadStatedTurns(const std::string& path,
                                                 const TurnDefaults& defaults);
 
-/// Values for rates in a file that do not state their own.
+/// The σ for those rates of a file that do not state their own, and whether axes are known.
 struct RateDefaults {
   double sigma_radps = 0.0;     ///< σ of the rate, on each axis.
   double axis_sigma_rad = 0.0;  ///< σ of its direction, about each perpendicular axis.

@@ -31,7 +31,7 @@ std::string Resolved(const std::string& manifest_path, const std::string& file) 
   return (std::filesystem::path(manifest_path).parent_path() / file).lexically_normal().string();
 }
 
-/// The name or number of a column.
+/// A kind of value: the name or the number of a column.
 struct Column {};
 bool ReadAs(Column, YamlReader reader, ColumnReference* column) {
   column->stated.emplace(reader);
@@ -286,7 +286,7 @@ Result<std::size_t> ResolveColumn(const CsvReader& csv, const ColumnReference& r
              : Error(ErrorCode::kMissingColumn, {csv.path()}, text);
 }
 
-/// Resolves the columns of `stream` in its open file.
+/// Finds the indices of the stream's columns in its open file.
 Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   StreamLayout& layout = stream->layout;
   for (std::size_t axis = 0; axis < layout.axes.size(); ++axis) {
@@ -312,7 +312,8 @@ Status ResolveColumns(const CsvReader& csv, ManifestStream* stream) {
   return {};
 }
 
-/// The file that holds `stream`; opened and added to `files` and `stated` (layouts) if it is new.
+/// Returns the file that holds `stream`. If the file is new, opens it, adds it to `files` and adds
+/// its layout to `stated`.
 Result<FileLayout*> FileOf(const ManifestStream& stream,
                            std::vector<CsvLayout>* stated,
                            std::vector<FileLayout>* files) {

@@ -12,15 +12,15 @@
 
 namespace truetriad {
 
-/// A column as a manifest names it, and the place in the manifest.
+/// A column as a manifest names it, and the YAML value with this name.
 struct ColumnReference {
   std::string text;                  ///< A header name or a 0-based index.
-  std::optional<YamlReader> stated;  ///< The place; unset if the caller names the column.
+  std::optional<YamlReader> stated;  ///< The value; unset if the caller names the column.
 };
 
 /// A triad as a manifest or a mapping describes it.
 struct ManifestStream {
-  StreamLayout layout;  ///< Its columns are not resolved yet.
+  StreamLayout layout;  ///< The indices of its columns are not set yet.
   CsvLayout csv;
   std::optional<YamlReader> stated;
   std::optional<ColumnReference> time;
@@ -28,7 +28,7 @@ struct ManifestStream {
   std::optional<ColumnReference> temperature, ambient;
 };
 
-/// All keys of a stream except `file`.
+/// Passes all keys of a stream except `file` to `visit`.
 template <typename Visit>
 void StreamFields(Visit& visit, Triad triad, ManifestStream& stream);
 

@@ -286,8 +286,8 @@ class DuplicateFinder {
   }
 
  private:
-  std::unordered_map<std::string, std::size_t> first_of_;  // Index of the first pose, by its bits.
-  std::size_t last_ = 0;                                   // The previous row's entry of first_of_.
+  std::unordered_map<std::string, std::size_t> first_of_;  // Bits of readings -> their first pose.
+  std::size_t last_ = 0;                                   // The previous row's value in first_of_.
   // `held_`: rows that repeat the previous row, as a slow sensor's readings do in a fast log.
   std::int64_t counted_once_ = 0, held_ = 0;
   std::vector<std::pair<std::int64_t, std::int64_t>> lines_;  // Lines of a row and its repetition.
@@ -340,7 +340,7 @@ class ImpossibleReadings {
   /// five readings stay below. An offset lengthens all readings, not a single one.
   static constexpr double kFar = 10.0;
   static constexpr double kUsualShare = 0.8;         // One of five readings may be far off.
-  static constexpr std::size_t kFewestReadings = 6;  // Six faces; fewer show no usual length.
+  static constexpr std::size_t kFewestReadings = 6;  // One per face; fewer show no usual length.
 
   struct LeftOut {
     std::int64_t rows = 0, first_line = 0;
@@ -456,7 +456,7 @@ Result<PoseTable> ReadPoseTable(const std::string& path) {
 
   DuplicateFinder duplicates;
   ImpossibleReadings impossible;
-  std::vector<std::int64_t> lines;  // The line of each of poses.poses.
+  std::vector<std::int64_t> lines;  // Line in the file of each pose in poses.poses.
   const auto is_empty = [&](const StaticPose& pose) {
     return !columns.triads.empty() &&
            std::none_of(pose.triads.begin(), pose.triads.end(), [](const auto& triad) {

@@ -16,8 +16,8 @@
 
 namespace truetriad {
 
-/// Corrects the readings of one triad: truth = S(T)^-1 u, where u is Felt of raw - b(T) - G f
-/// (triad_model.h). docs/method.md, "Temperature".
+/// Corrects the readings of one triad: truth = S(T)^-1 Felt(raw - b(T) - G f), with the terms of
+/// triad_model.h. docs/method.md, "Temperature".
 class ReadingCorrector {
  public:
   /// Error: the calibration does not apply to readings in this unit, or to readings without
@@ -78,7 +78,7 @@ class ReadingCorrector {
     follows_time_ = thermal.element_lag_s || thermal.rate.any();
   }
 
-  // With lags and rates the model changes with every reading.
+  // With lags or rate terms, the model changes with every reading.
   void FollowTemperature(std::int64_t time_ns, double temperature_degc) {
     if (!start_ns_) {
       if (std::isnan(temperature_degc)) {

@@ -105,8 +105,8 @@ class Stream {
     }
   }
 
-  /// The times. A missing time is replaced by the last known time before it, or by the first known
-  /// one.
+  /// Returns the times, each missing one replaced by the last known time before it, or by the first
+  /// known time.
   std::span<const std::int64_t> LastKnown(std::span<const std::int64_t> times_ns) {
     known_.assign(times_ns.begin(), times_ns.end());
     const auto is_known = [](std::int64_t time_ns) { return time_ns != CsvReader::kMissingTime; };

@@ -86,7 +86,7 @@ struct HeaderColumn {
 };
 HeaderColumn ParseHeaderColumn(const std::string& field);
 
-/// Used in place of a name for a first column without a name.
+/// Stands for the name of a first column that has no name.
 inline constexpr std::string_view kUnnamedRowNumbers = "without a name (row numbers)";
 
 /// `text` in lower case: names are compared without regard to case.
@@ -111,13 +111,13 @@ class HeaderColumns {
   std::optional<std::size_t> Take(const std::string& name);
   /// The unit of a column. Error: no unit is stated; the message proposes `name[example]`.
   Result<std::string> UnitOf(std::size_t column, std::string_view example) const;
-  /// The unit of several columns, which must be the same.
+  /// The unit of several columns. Error: they do not have the same unit.
   Result<std::string> CommonUnitOf(const std::vector<std::size_t>& columns,
                                    std::string_view example) const;
-  /// "file:line: column `accel_x`: " + message.
+  /// An error whose message begins with "file:line: column `accel_x`: ".
   Error Fail(ErrorCode code, std::size_t column, const std::string& message) const;
-  /// The columns that were not taken. Error: one of them may be a reading, a time or a temperature,
-  /// of which no other column was taken. The message proposes a header, or lists the names that
+  /// The columns that were not taken. Error: one of them may hold a reading, a time or a
+  /// temperature that no taken column holds. The message proposes a header, or lists the names that
   /// were asked for.
   Result<std::vector<std::string>> Ignored() const;
   /// The error for a header without any sensor.

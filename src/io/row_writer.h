@@ -74,7 +74,7 @@ class RowWriter {
   std::string text_;
 };
 
-/// "accel_x[m/s^2]".
+/// The name of a column, such as "accel_x[m/s^2]".
 std::string ColumnOf(const StreamInfo& stream, char axis);
 inline constexpr std::string_view kTemperatureColumn = "temperature[degC]";
 inline constexpr std::string_view kAmbientColumn = "ambient_temperature[degC]";

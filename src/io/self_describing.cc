@@ -13,8 +13,8 @@ namespace {
 /// The unit that messages about a missing unit give as an example.
 std::string_view ExampleUnit(Triad triad) { return TruthUnitName(triad); }
 
-/// The beginning of a usual column name, the letter that may replace this beginning before an axis,
-/// and this program's name.
+/// How columns of a quantity are usually called: the beginning of the name (acc_x), a letter that
+/// may replace this beginning before an axis (ax), and this program's name (accel).
 struct Calling {
   std::string_view beginning, letter, name;
 };

@@ -12,7 +12,8 @@
 namespace truetriad {
 namespace {
 
-/// States the schema of FirmwareFields, whose fields have no kinds of their own.
+/// Visits FirmwareFields and adds each field to a schema. These fields state no kinds of values, so
+/// the kind follows from the type.
 struct FirmwareSchema {
   static constexpr bool kReads = false;
   FieldSchema& visit;

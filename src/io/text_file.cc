@@ -21,7 +21,7 @@
 namespace truetriad {
 namespace {
 
-/// Longest line in bytes. Logs have shorter ones; binary data without '\n' would else fill the
+/// Longest line in bytes. Logs have shorter ones; binary data without '\n' would otherwise fill the
 /// memory.
 constexpr std::size_t kMaxLineBytes = 4U << 20;
 /// Least free room in the buffer: even in a small file, the read that finds the end needs some.

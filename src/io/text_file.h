@@ -10,8 +10,8 @@
 
 namespace truetriad {
 
-/// A text file, plain or gzip (recognised by its first bytes, not its name), read once from front
-/// to back in runs of whole lines, and hashed while the bytes are in the cache.
+/// A text file, plain or gzip (recognised by its first bytes, not its name). It is read once from
+/// front to back, some whole lines at a time, and hashed while the bytes are in the cache.
 ///
 /// Memory does not depend on the file's length. The file is read, not mapped into memory: if
 /// another program truncates it meanwhile, the result is an error and not a signal, and pages do

@@ -239,7 +239,7 @@ bool ReadWord(YamlReader reader, std::optional<T> (*from_name)(std::string_view)
   return true;
 }
 
-/// x, y or z.
+/// Reads an axis: x, y or z.
 inline void ReadAxis(YamlReader reader, int* axis) {
   std::string text;
   if (!reader.Read(&text)) return;
@@ -251,7 +251,7 @@ inline void ReadAxis(YamlReader reader, int* axis) {
   }
 }
 
-/// The numbers that a file may hold: all that YamlText writes, or only finite ones.
+/// Which numbers a file may hold: all that YamlText writes, or only finite ones.
 enum class Numbers { kAny, kFinite };
 
 /// Reads fields; errors are recorded in `map`. The caller rejects unknown keys.
@@ -358,7 +358,7 @@ class NumbersFieldReader {
     return static_cast<bool>(reader);
   }
 
-  // Assigns the entries of a row to its fields in order.
+  // Assigns the entries of a row, which is a list without keys, to its fields in order.
   struct Row {
     static constexpr bool kReads = true;
     std::vector<YamlReader> entries;

@@ -148,9 +148,8 @@ Result<YamlReader> YamlReader::FromText(const std::string& text, const std::stri
 }
 
 void YamlReader::RejectDuplicates(std::set<int>* visited, std::set<int>* ancestors) {
-  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias refers to the node that it
-  // names. Each node is visited only once, since nested aliases would otherwise take exponential
-  // time.
+  // yaml-cpp 0.7 silently keeps the first of two equal keys. An alias gives the same node again.
+  // Each node is visited only once, since nested aliases would otherwise take exponential time.
   if (node_.IsScalar()) return;
   const int position = node_.Mark().pos;
   if (!ancestors->insert(position).second) {

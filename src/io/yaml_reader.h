@@ -35,7 +35,7 @@ class YamlReader {
   /// `name` replaces the file's name in messages.
   static Result<YamlReader> FromText(const std::string& text, const std::string& name);
 
-  /// Reads the value of `key`. False when it is missing or wrong: that is an error.
+  /// Reads the value of `key`. Returns false and records an error if the value is missing or wrong.
   template <typename T>
   bool Require(std::string_view key, T* value) {
     return RequireChild(key).Read(value);
@@ -49,7 +49,7 @@ class YamlReader {
     return child && child.Read(value);
   }
 
-  /// The value of `key`; false in a condition when there is none.
+  /// The value of `key`. If there is none, the result is false in a condition.
   YamlReader Child(std::string_view key);
   /// Like Child, but a missing key is recorded as an error.
   YamlReader RequireChild(std::string_view key);
@@ -68,21 +68,22 @@ class YamlReader {
   bool ReadName(std::string* value, std::size_t longest = kLongestName);
   static constexpr std::size_t kLongestName = 200;  ///< Characters; more do not fit a line.
 
-  /// The items of a list; the keys of a map. If the value is something else: empty, and an error.
+  /// The items of a list; the keys of a map. If the value is something else, the result is empty
+  /// and an error is recorded.
   std::vector<YamlReader> Items();
   std::vector<std::string> Keys();
 
   /// Records an error for each key of this map that was not asked for.
   void RejectUnknown();
 
-  /// An error at this value's place.
+  /// An error that states the line and the name of this value.
   Error ErrorHere(ErrorCode code, const std::string& message) const;
-  /// Records an error at this value's place.
+  /// Records an error that states the line and the name of this value.
   void Fail(const std::string& message, ErrorCode code = ErrorCode::kInvalidValue);
   /// "file:line: streams.gyroscope.unit: ", for messages.
   std::string Place() const;
 
-  /// All errors of the file so far: joined into one, or each with its key.
+  /// All errors of the file so far: status() joins them into one, errors() lists them.
   Status status() const;
   const std::vector<Error>& errors() const { return shared_->errors; }
 

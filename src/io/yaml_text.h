@@ -11,9 +11,9 @@
 
 namespace truetriad {
 
-/// Free text for a YAML file: double-quoted and escaped, so that no content is taken for structure,
-/// a number or a truth value. YAML cannot hold bytes that are not UTF-8; they are written in the
-/// form \xFF.
+/// Free text for a YAML file: double-quoted and escaped, so that no content is read as structure, a
+/// number or a truth value. YAML cannot hold bytes that are not UTF-8; they are written in the form
+/// \xFF.
 struct Quoted {
   std::string_view text;
 };

@@ -122,15 +122,15 @@ struct StatedNumber {
 bool ReadAs(const StatedNumber& kind, YamlReader reader, Stated* stated);
 std::string TextOf(const StatedNumber& kind, const Stated& stated);
 
-/// The text of a value, of any kind, that YamlText itself can write.
+/// The text of a value of any kind, if YamlText itself can write the value.
 template <typename Kind, typename Value>
 requires requires(YamlText& text, const Value& value) { text << value; }
 std::string TextOf(const Kind&, const Value& value) { return (YamlText() << value).str(); }
 
-// One of several words.
+// Values that are one of several words.
 
-/// A table of the given values of an enum. `name` is the function, from another layer, that returns
-/// their names.
+/// A table of enum values and their names. `name` is the function of another layer that returns the
+/// name of a value.
 template <typename T, typename... More>
 auto Named(std::string_view (*name)(T), T first, More... more) {
   return NamedValues<T, 1 + sizeof...(More)>{{{first, name(first)}, {more, name(more)}...}};
@@ -165,7 +165,7 @@ std::string TextOf(const NamedValues<T, N>& choices, const T& value) {
 
 // Kinds that are made of other kinds.
 
-/// An optional is read only if it is stated, and written only if it has a value.
+/// An optional value is read only if it is stated, and written only if it is set.
 template <typename Kind, typename Value>
 bool ReadAs(const Kind& kind, YamlReader reader, std::optional<Value>* value) {
   Value read = value->value_or(Value());
@@ -178,8 +178,8 @@ std::string TextOf(const Kind& kind, const std::optional<Value>& value) {
   return value ? TextOf(kind, *value) : "";
 }
 
-/// A value, or `word` if the value is left open. If it is left open, a std::optional is unset, and
-/// an `Open` has its flag set and the value `left_open`.
+/// A value, or `word`, which leaves the value open. In this case a std::optional is unset; an
+/// `Open` has its flag set and gets the value `left_open`.
 template <typename Kind, typename Value = int>
 struct OrWord {
   Kind kind;
@@ -304,7 +304,8 @@ using QuantityKeys = std::vector<QuantityKey>;
 
 /// `stem`_`unit``tail` for every unit of the triad's true quantity: "bias_mps2", "bias_mg", …
 QuantityKeys TriadKeys(std::string_view stem, Triad triad, std::string_view tail = "");
-/// `stem` and a unit: _s, _ms, _us; none, _percent, _ppm; _rad, _mrad, _deg; _radps, _degps.
+/// Keys of a time (`stem`_s, _ms, _us), of a share (`stem`, `stem`_percent, _ppm), of an angle
+/// (_rad, _mrad, _deg) and of a rate (_radps, _degps).
 QuantityKeys TimeKeys(std::string_view stem);
 QuantityKeys ShareKeys(std::string_view stem, std::string_view tail = "");
 QuantityKeys AngleKeys(std::string_view stem);

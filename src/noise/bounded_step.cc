@@ -14,7 +14,7 @@ namespace {
 // If the score of a component divided by its σ is larger than this, the component leaves its limit.
 // Smaller scores are rounding.
 constexpr double kNoPull = 1e-9;
-// For n components at most 3 n passes, as in Lawson and Hanson's own program.
+// The most passes per component, as in Lawson and Hanson's own program.
 constexpr Eigen::Index kMostFreed = 3;
 
 Eigen::VectorXd BalanceOf(const Eigen::MatrixXd& information) {

@@ -13,8 +13,9 @@
 
 namespace truetriad {
 
-// Kinds of excess noise, beyond the noise that the samples within a pose or a turn show: that of
-// each triad's pose means, of the gyroscope's means at known rates, and of the turns between poses.
+// Kinds of excess noise. Excess noise is added to the noise that the samples within a pose or a
+// turn show. There is one kind for each triad's pose means, one for the gyroscope's means at known
+// rates, and one for the turns between poses.
 enum class NoiseComponent { kAccelerometer, kGyroscope, kMagnetometer, kRate, kTurn };
 inline constexpr std::size_t kNoiseComponents = 5;  // the values of NoiseComponent
 constexpr NoiseComponent PoseNoise(Triad triad) {
@@ -46,11 +47,11 @@ struct ExcessVariance {
   double operator[](Triad triad) const { return (*this)[PoseNoise(triad)]; }
 };
 
-// The component of an observation; unset for a moment of motion and the mean rate of a turn.
+// The noise component of an observation; unset for moments of motion and for mean rates of turns.
 std::optional<NoiseComponent> ComponentOf(const PoseNode& node, const Observation& observation);
 
-// Sets the variance of every observation to rest + S (excess + known rate's variance) S^T, S being
-// the graph's sensitivity, and that of every turn to the sum of the variance of its readings, its
+// Sets all variances. That of an observation is rest + S (excess + variance of the known rate) S^T,
+// with the graph's sensitivity S. That of a turn is the sum of the variance of its readings, its
 // excess and its stated variance.
 void ApplyExcess(const ExcessVariance& excess, PoseGraph* graph);
 

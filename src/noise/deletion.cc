@@ -9,10 +9,10 @@
 
 namespace truetriad {
 
-// Let q be the part of P r of one observation, and A its block of P. Deleting the observation
-// changes χ² by q^T A^+ q. Its residual against the prediction from all others is A^-1 q, with
-// covariance A^-1 at its present weight. The test uses its variance at weight 1, so that the robust
-// step has no effect.
+// Let q be the rows of P r that belong to one observation, and A their block of P. Deleting the
+// observation changes χ² by q^T A^+ q. Its residual against the prediction from all others is A^-1
+// q, with covariance A^-1 at its present weight. The test uses its variance at weight 1, so that
+// the robust step has no effect.
 std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSystem& system) {
   std::vector<DeletionTest> tests;
   for (const VariancePart& part : PartsOf(graph)) {
@@ -31,7 +31,7 @@ std::vector<DeletionTest> DeletionTests(const PoseGraph& graph, const ReducedSys
       // cannot be tested in this direction.
       if (eigenvalue < 1e-6) continue;
       const double residual = solver.vectors.col(axis).dot(q) / eigenvalue;
-      // An eigenvalue exceeds 1 only by rounding.
+      // The lower limit acts only if rounding makes an eigenvalue exceed 1.
       const double variance = std::max(1.0 / eigenvalue - (1.0 - part.weight), part.weight);
       test.chi2 += residual * residual / variance;
       ++test.rank;

@@ -13,8 +13,9 @@ namespace truetriad {
 // by 1000 * 1e-8 = 1e-5 σ), but its pose stays determined.
 inline constexpr double kRejectedWeight = 1e-8;
 
-// Test of one triad at one pose, or of one turn, against the prediction from all other readings: χ²
-// of the deletion residual, with `rank` degrees of freedom (those that the pose's unknowns leave).
+// Test of one triad's reading at one pose, or of one turn. `chi2` is the χ² of its difference from
+// the prediction by all other readings (deletion residual). It has `rank` degrees of freedom, which
+// the pose's unknowns leave.
 struct DeletionTest {
   NoiseComponent component = NoiseComponent::kAccelerometer;
   std::size_t node = 0;         // the pose's node; for a turn, its first node

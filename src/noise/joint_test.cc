@@ -10,7 +10,8 @@
 namespace truetriad {
 namespace {
 
-// `changes`: relative change of the tested parameters' covariance with each variance.
+// `changes`: for each variance, how the tested parameters' covariance changes with it, relative to
+// that covariance.
 JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
                           const std::vector<Eigen::MatrixXd>& changes,
                           double q) {
@@ -33,7 +34,8 @@ JointTest ApproximateTest(const Eigen::MatrixXd& variance_covariance,
   const double c1 = g / d;
   const double c2 = (q - g) / d;
   const double c3 = (q + 2.0 - g) / d;
-  // The moments are expansions for many degrees of freedom, which fail only if there are few.
+  // The moments are expansions for many degrees of freedom. If there are few, the expansions may
+  // fail, which the conditions below detect.
   const double mean_inverse = 1.0 - a2 / q;
   const double spread = (1.0 - c2 * b) * (1.0 - c2 * b) * (1.0 - c3 * b);
   if (mean_inverse > 0.05 && 1.0 - c2 * b > 0.0 && 1.0 - c3 * b > 0.0) {

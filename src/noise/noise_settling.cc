@@ -22,7 +22,8 @@
 namespace truetriad {
 namespace {
 
-// Chosen: the most rounds. If they have not settled by then, a last solution ends them.
+// Chosen: the most rounds in a pass. If the noise has not settled by then, a last solution ends the
+// pass.
 constexpr int kMaxNoiseRounds = 15;
 // The largest number of passes. Before each pass, the turns are integrated again. A second pass is
 // rarely needed, a third hardly ever.
@@ -58,7 +59,8 @@ double ShareOfSignal(double share, NoiseComponent component, const PoseGraph& gr
   return sigma * sigma;
 }
 
-// The least excess. Without rest noise, it is the whole noise, which is zero for exact data.
+// The least excess of each component. It is above zero if there is no rest noise: the excess is
+// then the whole noise, which exact data would make zero.
 ExcessVariance ExcessFloor(const NoiseState& noise, const PoseGraph& graph) {
   ExcessVariance floor{};
   for (const NoiseComponent component : noise.estimated) {
@@ -94,9 +96,9 @@ std::optional<NoiseComponent> LeastSeen(const NoiseState& noise, const PoseGraph
   return least;
 }
 
-// If other unknowns (the tilt of a six-face block, say) explain the residuals as well, the estimate
-// of an excess and all σ from that would be arbitrary. Such components are dropped one by one,
-// since if only the sum of two is determined, each of them is determined without the other.
+// If other unknowns (the tilt of a six-face block, say) explain the residuals as well as an excess
+// does, the estimate of this excess would be arbitrary, and all σ with it. Such components are
+// dropped one by one: if only the sum of two is determined, dropping one determines the other.
 void DropExcessThatIsNotSeen(NoiseState* noise,
                              PoseGraph* graph,
                              ReducedSystem* system,
@@ -120,7 +122,7 @@ void DropExcessThatIsNotSeen(NoiseState* noise,
                        "noise: { excess: { sigma: … } }") +
             " if you know it");
     finding.sensor = TriadOf(*unseen);
-    // If the estimated noise of the poses hides that of the turns, the latter hardly matters.
+    // If the poses' estimated noise hides the turns' noise, the turns' noise hardly matters.
     if (*unseen == NoiseComponent::kTurn && !noise->estimated.empty()) finding.As(Severity::kNote);
     ApplyExcess(noise->excess, graph);
     system->Eliminate(*graph);
@@ -163,9 +165,9 @@ bool HasRejected(NoiseComponent component, const PoseGraph& graph) {
   });
 }
 
-// If the excess of a component is not determined without its rejected observations, they were
-// rejected by an unknown noise. They are then accepted again, and the component is not tested any
-// more. Returns whether there was such a component.
+// If the excess of a component is not determined without its rejected observations, these were
+// rejected with a noise that is unknown. They are then accepted again, and the component is not
+// tested any more. Returns whether there was such a component.
 bool ReadmitWhatCannotBeJudged(const NoiseState& noise,
                                const PoseGraph& graph,
                                UnknownNoise* unknown) {
@@ -216,7 +218,8 @@ bool TakeRounds(const RobustOptions* robust,
                 int* rounds) {
   for (int round = 0; round < kMaxNoiseRounds; ++round) {
     ++*rounds;
-    // If acceptance had no end, borderline observations could come and go for ever.
+    // In later rounds, rejected observations are not accepted again: borderline ones could come and
+    // go for ever.
     WeightChange weights;
     if (robust != nullptr) {
       const bool may_readmit = round < kReadmittingRounds;
@@ -351,7 +354,7 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
     for (const Observation& observation : node.observations) {
       if (!observation.rejected) continue;
       // A rejected triad loses its three rows. If the pose's unknown is a rotation, the other triad
-      // determines only a direction.
+      // determines only two of its three coordinates.
       dof -= node.kind == PoseKind::kRotation && !node.has_attitude_prior ? 2 : 3;
       if (node.kind == PoseKind::kDirection) dof += 2;
     }
@@ -361,7 +364,7 @@ double ResidualDof(const PoseGraph& graph, const ReducedSystem& system) {
   }
   for (const IncrementEdge& edge : graph.increments) {
     if (edge.rejected) continue;
-    // The rows across the axis of a partial turn have no weight either.
+    // The rows across the axis of a known turn that is not a whole turn have no weight either.
     const bool is_broken = edge.stated_covariance.trace() > kSaysNothingRad * kSaysNothingRad;
     dof += is_broken ? 1.0 : 3.0;
   }

@@ -19,7 +19,7 @@ struct NoiseState {
   std::vector<NoiseComponent> estimated;  // components whose excess is estimated
   ExcessVariance excess{};
   ExcessEstimate estimate;
-  bool unknown = false;  // the residuals should show the noise, but do not show it
+  bool unknown = false;  // residuals were to give the noise, but cannot
 
   // Whether the whole noise of the component is estimated from the residuals.
   bool IsFromResiduals(NoiseComponent component) const {
@@ -29,18 +29,18 @@ struct NoiseState {
   }
 };
 
-// The source of each triad's rest noise, and whether its excess is estimated.
+// Chooses the source of each triad's rest noise, and whether its excess is estimated.
 NoiseState ChooseNoise(const PoseSet& poses, const CalibrateOptions& options, Findings* findings);
 
-// Sets the noise before any excess is estimated, and the graph's variances. Triads without rest
-// noise get noise in proportion to their signal, so that their weights are balanced.
+// Sets the noise with which the first solution starts, and the graph's variances. Triads without
+// rest noise get noise in proportion to their signal, so that their weights are balanced.
 void StartNoise(NoiseState* noise, PoseGraph* graph);
 
 // Reduces the weight of readings whose length, according to the start values, is far from that of
 // the field. A few such readings would displace the first solution. UpdateWeights tests them again.
 void WeighReadingsAtStart(const RobustOptions& robust, PoseGraph* graph);
 
-// Sums over all optimisations of a run.
+// Iterations, cost and convergence over all optimisations of a run.
 struct SolveLog {
   bool converged = false;  // of the last optimisation
   int iterations = 0;
@@ -50,15 +50,15 @@ struct SolveLog {
   void Solve(double tolerance, PoseGraph* graph);
 };
 
-// If the robust step makes `tests` tests, it rejects observations whose |z|, as of a normal
-// variable, is above this.
+// The limit of |z|, for a standard normal z: the robust step rejects observations above it if it
+// makes `tests` tests.
 double RejectedFrom(std::size_t tests);
 
 // The number of rows and priors minus the number of unknowns, without rejected observations.
 double ResidualDof(const PoseGraph& graph, const ReducedSystem& system);
 
-// The variance that is furthest from its optimum at the state of the graph. `system` belongs to the
-// graph.
+// The estimated variance that is furthest from its optimum. `system`: the linear system of `graph`
+// at its present state.
 OffOptimum FurthestOff(const NoiseState& noise,
                        const PoseGraph& graph,
                        const ReducedSystem& system);

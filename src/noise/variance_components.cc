@@ -17,18 +17,18 @@ namespace {
 // Chosen: the most steps in a pass. If they have not converged by then, the next pass begins with a
 // Fisher step.
 constexpr int kMaxScoringSteps = 60;
-// A pass may end away from the optimum; the next pass begins where it ended.
+// The most passes. A pass may end away from the optimum; the next pass begins where it ended.
 constexpr int kMostPasses = 3;
 // If a step changes each variance by less than this share of the variance's σ, it is the last step.
 constexpr double kSettledScoring = 1e-4;
-// A share of a variance. Newton steps are used if steps are shorter than this. If a variance has
-// changed by more than this, the expected information is computed again.
+// If a step changes each variance by less than this share of it, Newton's step is used. If a
+// variance has changed by more in total, the expected information is computed again.
 constexpr double kNearOptimum = 0.3;
 // The largest factor by which a step may change a variance. Without this limit, steps overshot
 // twentyfold in both directions without end.
 constexpr double kLongestStep = 20.0;
 
-// Rows of Z_s D J with a common variance, component by component.
+// The rows of Z_s D J that belong to component s, for each component. All other rows are zero.
 class ComponentRows {
  public:
   using Change = ReducedSystem::VarianceChange;
@@ -46,7 +46,7 @@ class ComponentRows {
     }
   }
 
-  // Takes the rows from a system with new variances.
+  // Computes the rows from `system`, whose variances are new.
   void Take(const ReducedSystem& system) {
     const auto B = system.B();
     StackedRows some, changed;  // memory for a block of rows in one product
@@ -83,7 +83,7 @@ class ComponentRows {
     return system.Project(std::move(all));
   }
 
-  // Of a matrix with all rows, the rows of the component.
+  // Selects the rows of component s from a matrix with all rows.
   StackedRows RowsOf(std::size_t s, const StackedRows& all, const ReducedSystem& system) const {
     StackedRows own(ZB_[s].rows(), all.cols());
     Eigen::Index at = 0;
@@ -201,7 +201,7 @@ class ScoringReach {
       : factor_(Eigen::VectorXd::Constant(count, kLongestStep)),
         last_step_(Eigen::VectorXd::Zero(count)) {}
 
-  // The lower limit of a step if the variances have these totals.
+  // The lower limits of a step. `total`: the components' variances, excess and known part together.
   Eigen::VectorXd Limit(const std::vector<NoiseComponent>& components,
                         const ExcessVariance& floor,
                         const ExcessVariance& variance,
@@ -251,7 +251,7 @@ OffOptimum FurthestOff(const std::vector<NoiseComponent>& components,
   return furthest;
 }
 
-// The iteration to the optimum.
+// Iterates the variances until the restricted likelihood has its optimum.
 class Scoring {
  public:
   Scoring(const std::vector<NoiseComponent>& components,
@@ -329,9 +329,9 @@ class Scoring {
 
   Eigen::MatrixXd FisherHere() const { return Rescaled(fisher_, fisher_at_, Totals(variance_)); }
 
-  // Near the optimum, where the expected information is known: Newton's step, whose observed
-  // information is twice the average information minus the expected information. Otherwise Fisher's
-  // step.
+  // The step is Newton's if the optimum is near and the expected information is known. The observed
+  // information is then twice the average information minus the expected one. Otherwise the step is
+  // Fisher's.
   Eigen::VectorXd NextStep(ScoringReach* reach) {
     const Eigen::VectorXd total = Totals(variance_);
     const Eigen::VectorXd limit = reach->Limit(components_, floor_, variance_, total);
@@ -349,7 +349,7 @@ class Scoring {
     return step;
   }
 
-  // Returns the largest change, in σ of the variance.
+  // Changes the variances by `step`. Returns the largest change, in units of the variance's σ.
   double TakeStep(const Eigen::VectorXd& step) {
     const Eigen::MatrixXd expected = FisherHere();
     double largest_change = 0.0;
@@ -376,7 +376,7 @@ class Scoring {
   Eigen::VectorXd known_;
   Eigen::VectorXd score_;
   Eigen::MatrixXd average_;
-  Eigen::MatrixXd fisher_;  // at the totals `fisher_at_`
+  Eigen::MatrixXd fisher_;  // expected information at the total variances `fisher_at_`
   Eigen::VectorXd fisher_at_;
 };
 

@@ -64,8 +64,7 @@ void AdmitMajorities(const UnknownNoise& unknown,
 // a larger |z| is the same for each rank.
 std::array<double, 4> HuberLimits(double scale) {
   std::array<double, 4> limits{};
-  // A scale above 7.1 has the effect of 7.1: for larger ones the tail is lost in the rounding of 1
-  // - tail.
+  // A scale above 7.1 acts like 7.1, since the tail is then lost in the rounding of 1 - tail.
   const double inside = std::min(ChiSquareCdf(scale * scale, 1.0), 1.0 - 1e-12);
   for (int rank = 1; rank <= 3 && inside > 0.0; ++rank) {
     limits[static_cast<std::size_t>(rank)] = std::sqrt(ChiSquareQuantile(inside, rank));

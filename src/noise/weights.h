@@ -19,8 +19,8 @@ inline bool IsStated(const DeletionTest& test, const PoseGraph& graph) {
          graph.increments[test.observation].stated_turn >= 0;
 }
 
-// The noise components that were to be estimated, and those of them whose noise is undetermined, so
-// that their disturbed observations cannot be recognised.
+// `components`: the noise components that are to be estimated. `unjudged`: those of them whose
+// noise is undetermined, so that disturbed observations cannot be recognised.
 struct UnknownNoise {
   std::vector<NoiseComponent> components;
   std::vector<NoiseComponent> unjudged;
@@ -35,8 +35,8 @@ struct WeightChange {
   bool notable = false;  // the rejected set changed, or weights have not settled
 };
 
-// Sets Huber weights by the deletion tests; observations whose test is too unlikely are rejected.
-// `may_readmit`: a rejected observation whose test is good again returns.
+// Sets Huber weights by the deletion tests, and rejects observations whose test is too unlikely.
+// `may_readmit`: rejected observations are accepted again if their test is good now.
 WeightChange UpdateWeights(const RobustOptions& robust,
                            const NoiseState& noise,
                            const UnknownNoise& unknown,

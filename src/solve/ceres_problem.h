@@ -17,7 +17,7 @@ namespace truetriad {
 // attitude has its own manifold. Tests compare the elimination with this problem, and extensions
 // add rows to it.
 //
-// Its parameters are `shared` and the states of `problem`, which must outlive it.
+// The parameters of the result are `shared` and the states of `problem`, which must outlive it.
 std::unique_ptr<ceres::Problem> CeresProblemOf(ChainProblem* problem, Eigen::VectorXd* shared);
 
 // Minimises the problem by Ceres' Levenberg-Marquardt with sparse normal equations.

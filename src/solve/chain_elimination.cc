@@ -12,7 +12,8 @@
 namespace truetriad {
 namespace {
 
-// States per panel: its 192 rows fit the cache while they are squared (80 kB at 50 columns).
+// Number of states per panel. A panel's 192 rows fit the cache while they are squared (80 kB at 50
+// columns).
 constexpr std::size_t kPanelStates = 64;
 // If a residual is below this share of the signal, the curvature that it causes is below 30 % of
 // that of Gauss-Newton and is neglected.
@@ -34,7 +35,7 @@ Eigen::Matrix3d Root(const ChainRow& row) {
 
 }  // namespace
 
-// Collects rows of one pattern (Pattern), until enough are collected to square them together.
+// Collects rows of one Pattern until there are enough to square them together.
 class ChainElimination::SquaredRows {
  public:
   explicit SquaredRows(Eigen::Index columns)
@@ -87,7 +88,7 @@ struct ChainElimination::Arrow {
     next_columns.setZero();
   }
 
-  // Adds A^T [J, r].
+  // Adds A^T [J, r] of a row to `into`.
   static void AddColumns(const Eigen::Matrix3d& by_state,
                          const LinearRow& row,
                          const std::vector<int>& free,
@@ -106,10 +107,10 @@ struct ChainElimination::Arrow {
   Eigen::MatrixXd eliminated;
 };
 
-// The curvature that Gauss-Newton neglects if a residual is large. The second derivatives by a
-// rotation are as large as the first derivatives. With this bound, no step goes beyond the minimum
-// of the cost. Without it, an attitude whose only reading has twice the field's length would
-// overshoot for ever.
+// An upper bound of the curvature that Gauss-Newton neglects; zero if the residual is small. The
+// second derivatives by a rotation are as large as the first derivatives. If this bound is added,
+// no step goes beyond the minimum of the cost. Without it, an attitude whose only reading has twice
+// the field's length would overshoot for ever.
 double ChainElimination::BendOf(const LinearRow& row) {
   const double residual = row.residual.norm();
   const double signal = row.by_first.norm() / std::numbers::sqrt2;
@@ -266,7 +267,7 @@ void ChainElimination::EliminateState(std::size_t k, Arrow* arrow) {
   arrow->next_columns.setZero();
 }
 
-// The sum of squares of the rows minus the part of the eliminated states.
+// Sets information, gradient and cost: the rows' sum of squares minus the part of the states.
 void ChainElimination::Finish(std::vector<SquaredRows>* squares,
                               const Eigen::MatrixXd& eliminated) {
   const int n = problem_.layout->free_size();

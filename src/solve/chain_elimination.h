@@ -15,11 +15,11 @@
 
 namespace truetriad {
 
-// A linearised problem with an arrow matrix: the states (tangent spaces p_k) are eliminated from
-// the first to the last, and the free shared coordinates t remain. With whitened rows r + J t + A p
-// and N = A^T A (chain_factor.h), the reduced system is M = J^T J - J^T A N^-1 A^T J with its
-// gradient. Each state stores only what its back substitution needs, so that time and memory are
-// linear in the number of states.
+// Linearises a problem and eliminates its states (tangent spaces p_k) from the first to the last,
+// so that only the free shared coordinates t remain. With whitened rows r + J t + A p and N = A^T A
+// (chain_factor.h), the remaining information is M = J^T J - J^T A N^-1 A^T J. Each state stores
+// only what its back substitution needs, so that time and memory are linear in the number of
+// states.
 class ChainElimination final : public EliminatedProblem {
  public:
   explicit ChainElimination(ChainProblem problem);

@@ -110,9 +110,9 @@ Eigen::MatrixXd ChainFactor::SolvedWithin(const Panel& b, const Blocks& inverse)
   return x;
 }
 
-// Before the first state f of b_h, x_k = (-G_k) ... (-G_{f-1}) x_f. The rows of an earlier b_g
-// before f thus enter by one block, Σ_{k < f} (-G_{f-1})^T ... (-G_k)^T b_gk, which moves from one
-// panel's f to the next panel's.
+// For x = N^-1 b_h and the first state f of b_h, x_k = (-G_k) ... (-G_{f-1}) x_f at earlier states
+// k. The rows of an earlier b_g before f thus enter as one block, Σ_{k < f} (-G_{f-1})^T ...
+// (-G_k)^T b_gk. This block is moved from the f of one panel to the f of the next panel.
 Eigen::MatrixXd ChainFactor::InverseBetween(const std::vector<Panel>& panels,
                                             const Blocks& inverse) const {
   using ThreeRows = Eigen::Matrix<double, 3, Eigen::Dynamic>;

@@ -28,10 +28,10 @@ class ChainFactor {
   void Append(const Eigen::Matrix3d& diagonal, const Eigen::Matrix3d& coupling);
 
   std::size_t states() const { return half_.size(); }
-  // Rows of all states; those of state k begin at 3 k.
+  // Number of rows of all states; those of state k begin at 3 k.
   Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(states()); }
   const Eigen::Matrix3d& half(std::size_t state) const { return half_[state]; }  // H_k
-  // G_k; only of a state that is coupled with the next.
+  // G_k; the state must be coupled with the next.
   const Eigen::Matrix3d& gain(std::size_t state) const { return gain_[state]; }
   bool IsCoupled(std::size_t state) const { return state < gain_.size() && is_coupled_[state]; }
 
@@ -52,22 +52,22 @@ class ChainFactor {
   // Inverse.
   Blocks InverseDerivative(const Blocks& inverse, const Blocks& change) const;
 
-  // Columns that are zero but for the rows of consecutive states, from `first` up to, but without,
-  // `end`.
+  // Columns that are zero except in the rows of consecutive states, `first` to `end` - 1.
   struct Panel {
     std::size_t first = 0;
     Eigen::MatrixXd rows;
     std::size_t end() const { return first + static_cast<std::size_t>(rows.rows() / 3); }
   };
-  // b_g^T N^-1 b_h of all pairs of panels, in block (g, h). The panels have equally many columns,
-  // and are in the order of their first states and of their ends; some may have no rows.
+  // b_g^T N^-1 b_h of each pair of panels, as block (g, h). All panels must have the same number of
+  // columns, and must be sorted by their first states and also by their ends. Panels may have no
+  // rows.
   Eigen::MatrixXd InverseBetween(const std::vector<Panel>& panels, const Blocks& inverse) const;
 
  private:
   Eigen::MatrixXd SolvedWithin(const Panel& b, const Blocks& inverse) const;
 
   std::vector<Eigen::Matrix3d> half_;
-  // They end with the last state that is coupled with its successor, and are empty for poses
+  // Both lists end with the last state that is coupled with the next; they are empty for poses
   // without turns.
   std::vector<Eigen::Matrix3d> coupling_, gain_;
   std::vector<bool> is_coupled_;

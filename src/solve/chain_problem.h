@@ -18,8 +18,8 @@ struct ChainState {
   PoseValues values{0.0, 0.0, 0.0, 1.0};
 };
 
-// A row with its whitening root, and the first state on which it depends. If it depends on no
-// state, the number is arbitrary, except that the rows must stay sorted.
+// A row with its whitening root, and the first state on which it depends. If the row depends on no
+// state, `state` is any number that keeps the rows sorted.
 struct ChainRow {
   std::shared_ptr<const Row> row;
   RowRoot root;
@@ -31,7 +31,7 @@ struct ChainRow {
 struct ChainProblem {
   const SharedLayout* layout = nullptr;  // must outlive the problem
   std::vector<ChainState> states;
-  std::vector<ChainRow> rows;  // sorted by first state; rows of two states come last
+  std::vector<ChainRow> rows;  // sorted by first state; of one state, rows of two states come last
 };
 
 // The unknowns and rows of a graph, whose layout and turns must outlive the result.

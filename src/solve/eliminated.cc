@@ -18,12 +18,13 @@
 namespace truetriad {
 namespace {
 
-// Least eigenvalue, as a share of the largest, that is no rounding error: 5 epsilon of a double.
+// Eigenvalues below this share of the largest are rounding errors: 5 epsilon of a double.
 constexpr double kRootTolerance = 1e-15;
 
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// residual = [root^-T gradient, sqrt(2 * remaining cost)], jacobian = [root, 0].
+// A cost function that Ceres minimises in place of the reduced problem, with root^T root =
+// information: residual = [root^-T gradient, sqrt(2 * remaining cost)], jacobian = [root, 0].
 class EliminatedCost final : public ceres::CostFunction {
  public:
   EliminatedCost(const SharedLayout& layout,

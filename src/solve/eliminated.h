@@ -24,8 +24,9 @@ class EliminatedProblem {
   virtual const Eigen::MatrixXd& information() const = 0;
 };
 
-// Minimises over the shared parameters and all eliminated unknowns. Ceres has only the shared
-// parameters, and one cost function whose residuals are a square root of the reduced system,
+// Minimises over the shared parameters and all eliminated unknowns. Ceres is given only the shared
+// parameters, and one cost function. Its residuals r and Jacobian J are a square root of the
+// reduced system,
 //
 //   J^T J = information,  J^T r = gradient,  |r|^2 / 2 = cost
 //

@@ -22,9 +22,9 @@ bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarI
 
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
-  // At sin dip = 0.25 the other side is 29 deg away, and readings that scatter by more than 6 deg
-  // are refused: even four poses, the fewest possible, exclude the other side by χ² = 4 (29 / 6)^2,
-  // about 100.
+  // If |sin dip| is larger, the other side is not tried: it is over 29 deg away. Readings that
+  // scatter by more than 6 deg are refused, so that even four poses, the fewest possible, exclude
+  // the other side by χ² = 4 (29 / 6)^2, about 100.
   constexpr double kFarSine = 0.25;
   // A dip that is stated with a σ must exclude the opposite sign by this χ².
   constexpr double kFarChi2 = 100.0;

@@ -12,7 +12,7 @@ namespace truetriad {
 // in `basis` is zero; entries that are tied to each other share a column.
 class LinearManifold final : public ceres::Manifold {
  public:
-  // Columns of `basis` are orthonormal.
+  // The columns of `basis` must be orthonormal.
   explicit LinearManifold(Eigen::MatrixXd basis) : basis_(std::move(basis)) {}
   int AmbientSize() const override { return static_cast<int>(basis_.rows()); }
   int TangentSize() const override { return static_cast<int>(basis_.cols()); }

@@ -127,7 +127,7 @@ void LinearisedGraph::Linearise(const PoseGraph& graph) {
   Eliminate(graph);
 }
 
-// A^T V^-1 A from the factors' information.
+// Forms A^T V^-1 A from the blocks of the factors.
 void LinearisedGraph::FormChain() {
   ChainFactor::Blocks blocks = ChainFactor::Blocks::Zero(tangent_sizes_.size(), sees_pairs());
   for (const Factor& factor : factors_) {
@@ -141,7 +141,7 @@ void LinearisedGraph::FormChain() {
   }
 }
 
-// With W = V^-1: W y - W A (A^T W A)^-1 A^T W y.
+// Replaces y by D y = W y - W A (A^T W A)^-1 A^T W y, with W = V^-1.
 void LinearisedGraph::ProjectInPlace(StackedRows* y) const {
   StackedRows right = StackedRows::Zero(chain_.size(), y->cols());
   StackedRows three;
@@ -167,7 +167,7 @@ void LinearisedGraph::ProjectInPlace(StackedRows* y) const {
   }
 }
 
-// V^-1 and V^-1 A with the graph's present variances and weights.
+// Computes V^-1 and V^-1 A with the graph's present variances and weights.
 void LinearisedGraph::Weight(const PoseGraph& graph) {
   const auto take = [&](const Factor& factor, const auto& information) {
     for (Eigen::Index row = 0; row < factor.rows; row += 3) {
@@ -205,7 +205,7 @@ void LinearisedGraph::Eliminate(const PoseGraph& graph) {
   }
 }
 
-// -(A^T W A)^-1 A^T W (r + J t).
+// The steps are -(A^T W A)^-1 A^T W (r + J t), with W = V^-1 and the shared step t.
 Eigen::VectorXd LinearisedGraph::PoseSteps(const Eigen::VectorXd& shared_step) const {
   Eigen::VectorXd left = residual_;
   if (size() > 0) left += J() * shared_step;

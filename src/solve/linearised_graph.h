@@ -15,8 +15,9 @@ namespace truetriad {
 
 // The graph linearised at its current state, with the poses eliminated by a Schur complement.
 //
-// A factor has rows r + J t + A p (t: free shared coordinates, p: tangent spaces of its poses, one,
-// or two neighbours) with covariance V. Eliminating the poses projects the rows of all factors,
+// A factor has rows r + J t + A p with covariance V: t are the free shared coordinates, and p the
+// tangent spaces of the factor's pose, or of its two neighbouring poses. Eliminating the poses
+// projects the rows of all factors,
 //
 //   D = V^-1 - V^-1 A (A^T V^-1 A)^-1 A^T V^-1
 //
@@ -32,7 +33,7 @@ class LinearisedGraph {
     Eigen::Index row = 0;  // index of its first row among those of all factors
     Eigen::Index rows = 0;
 
-    // Columns of A: three for the factor's pose, and three for the next pose if it depends on that.
+    // Number of columns of A: three, or six if the factor also depends on the next pose.
     Eigen::Index tangents() const { return sees_next ? 6 : 3; }
   };
 
@@ -43,30 +44,30 @@ class LinearisedGraph {
   // Linearises again, reusing the memory.
   void Linearise(const PoseGraph& graph);
 
-  // Eliminates with the graph's present variances and weights. This takes little time compared with
-  // the constructor, and may be called again after the variances changed.
+  // Eliminates the poses with the graph's present variances and weights. This takes little time
+  // compared with the constructor, and may be called again after the variances changed.
   void Eliminate(const PoseGraph& graph);
 
   const std::vector<Factor>& factors() const { return factors_; }
   int size() const { return static_cast<int>(columns_.cols()) - 1; }
 
-  // Rows of all factors: residuals r, J, B = D J.
+  // For the rows of all factors: residual() is r, J() is J, and B() is D J.
   const Eigen::VectorXd& residual() const { return residual_; }
   auto J() const { return columns_.leftCols(size()); }
   auto B() const { return projected_columns_.leftCols(size()); }
 
-  // cost(): half the sum of squares at the present state, priors included. gradient(): its gradient
-  // if the poses are at their optimum. Then the reduced information M.
+  // cost(): half the sum of squares at the present state, priors included. gradient(): the gradient
+  // of the cost after the poses are optimised. matrix(): the reduced information M.
   double cost() const { return cost_; }
   const Eigen::VectorXd& gradient() const { return gradient_; }
   const Eigen::MatrixXd& matrix() const { return matrix_; }
 
-  // The optimal steps of all poses if the shared coordinates take this step. The steps stand one
-  // tangent space after another.
+  // The optimal steps of all poses if the shared coordinates take the step `shared_step`. The
+  // vector has the steps of one pose after another.
   Eigen::VectorXd PoseSteps(const Eigen::VectorXd& shared_step) const;
 
-  // Moves `graph`, from which this was made, by a step of the free shared coordinates and the
-  // optimal step of its poses.
+  // Moves `graph`, which must be the linearised one, by a step of the free shared coordinates and
+  // the optimal step of its poses.
   void TakeStep(const Eigen::VectorXd& shared_step, PoseGraph* graph) const;
 
   // The product D y; y may have any number of columns.

@@ -50,9 +50,9 @@ Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index r
   return block;
 }
 
-// Let W = V^-1, N = A^T W A, E = W A; then dW = -W dV W and dN = A^T dW A. The change of D = W - E
-// N^-1 E^T in the block of the rows c is as follows; dV_c is the change of these rows' variance,
-// and W is block diagonal,
+// Let W = V^-1, N = A^T W A and E = W A, so that D = W - E N^-1 E^T, dW = -W dV W and dN = A^T dW
+// A. W is block diagonal. If the variance of the rows c changes by dV_c, the block of dD for these
+// rows is
 //
 //   dW_c - H - H^T - E_c d(N^-1) E_c^T,    dW_c = -W_c dV_c W_c,  H = -W_c dV_c E_c N^-1 E_c^T.
 std::vector<Eigen::Matrix3d> ReducedSystem::ProjectorDerivative(

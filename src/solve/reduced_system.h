@@ -13,8 +13,8 @@ namespace truetriad {
 
 // The linearised graph with the covariance of its free shared coordinates. Unlike
 // ceres::Covariance, it also has projected residuals, for variance components, and accepts
-// rank-deficient systems. With the whole system's projector P = V^-1 - V^-1 H (H^T V^-1 H)^-1 H^T
-// V^-1 (H: all columns)
+// rank-deficient systems. The projector of the whole system is P = V^-1 - V^-1 H (H^T V^-1 H)^-1
+// H^T V^-1, with all columns H. It is computed as
 //
 //   P = D - D J M^-1 J^T D        P r = D (r + J step).
 class ReducedSystem : public LinearisedGraph {
@@ -28,11 +28,11 @@ class ReducedSystem : public LinearisedGraph {
 
   explicit ReducedSystem(const PoseGraph& graph);
 
-  // They do the same as in LinearisedGraph, and also update the members of this class.
+  // Both do the same as in LinearisedGraph, and also update the members of this class.
   void Linearise(const PoseGraph& graph);
   void Eliminate(const PoseGraph& graph);
 
-  // Rows of all factors: B M^-1 and the projected residuals P r.
+  // BM() is B M^-1, and projected() are the residuals P r, both for the rows of all factors.
   const StackedRows& BM() const { return BM_; }
   const Eigen::VectorXd& projected() const { return projected_; }
 
@@ -44,7 +44,8 @@ class ReducedSystem : public LinearisedGraph {
   int rank() const { return shared_.rank(); }
   const Eigen::VectorXd& step() const { return shared_.step(); }
 
-  // A factor's diagonal block of D, for all its rows, and of P, for the three rows from `row` on.
+  // D(): the diagonal block of D for all rows of a factor. ProjectorBlock(): the diagonal block of
+  // P for three rows of a factor, from `row` on.
   auto D(std::size_t factor) const {
     const Eigen::Index rows = factors()[factor].rows;
     return D_.block(factors()[factor].row, 0, rows, rows);

@@ -12,7 +12,7 @@ namespace {
 
 using Index = Eigen::Index;
 
-// A tile of three by three, the common size.
+// AddTile for a tile of three by three, the common size.
 TRUETRIAD_WIDE_REGISTERS void AddThreeByThree(const RowTile& tile) {
   const double* const f = tile.factors;
   const Index s = tile.factors_stride;

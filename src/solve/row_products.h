@@ -58,8 +58,8 @@ Eigen::MatrixXd TransposedProduct(const StackedRows& a, const StackedRows& b);
 // TransposedProduct for a symmetric result, of which only one triangle is computed.
 Eigen::MatrixXd SymmetricProduct(const StackedRows& a, const StackedRows& b);
 
-// The first columns of `a`, as many as `b` has rows, times `b`. The second function reuses the
-// memory of `out`.
+// The product a * b. If `a` has more columns than `b` has rows, the last columns of `a` are
+// ignored. The second function reuses the memory of `out`.
 StackedRows ProductOfRows(const StackedRows& a, const StackedRows& b);
 void ProductOfRows(const StackedRows& a, const StackedRows& b, StackedRows* out);
 

@@ -66,7 +66,7 @@ SymmetricEigen SharedInformation::FindSpectrum() const {
 }
 
 Eigen::ArrayXd VariancesOf(const SharedLayout& layout, const Eigen::MatrixXd& covariance) {
-  // Most rows of the basis have one entry.
+  // Zeros are skipped: most rows of the basis have one entry.
   Eigen::ArrayXd variances = Eigen::ArrayXd::Zero(layout.basis.rows());
   for (Eigen::Index row = 0; row < layout.basis.rows(); ++row) {
     const auto own = layout.basis.row(row);

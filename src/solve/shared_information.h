@@ -20,7 +20,8 @@ struct ScaledFactor {
 // eigenvalues then show the rank.
 std::optional<ScaledFactor> SafeFactorOf(const Eigen::MatrixXd& matrix);
 
-// The information of all factors on the free shared coordinates, the attitudes eliminated.
+// The information of all factors on the free shared coordinates, after the attitudes are
+// eliminated.
 class SharedInformation {
  public:
   SharedInformation() = default;

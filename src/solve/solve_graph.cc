@@ -15,8 +15,8 @@ namespace {
 // The most iterations, summed over all integrations. Problems that need more are undetermined or
 // start far from the optimum.
 constexpr int kMaxIterations = 300;
-// Each integration leaves an error of second order in the parameters' change. Chosen: after ten
-// integrations, the last optimum is kept.
+// Chosen: after this many integrations, the last optimum is kept. Each integration leaves an error
+// of second order in the parameters' change.
 constexpr int kMaxIntegrations = 10;
 // If the error of linearising the increments is below this share of the tolerance, they are not
 // integrated again.

@@ -14,7 +14,7 @@
 namespace truetriad {
 namespace {
 
-using State = Eigen::Vector3d;  // Value and slope of the line, settling (Piece).
+using State = Eigen::Vector3d;  // Value and slope of the line, and the settling term: see Piece.
 using Matrix = Eigen::Matrix3d;
 
 // From `time_s` on, T = line + slope (t - time_s) + settling exp(-(t - time_s) / lag).
@@ -25,7 +25,7 @@ struct Piece {
 
 // Chosen: a reading that stays for four times the median duration of a step is a plateau.
 constexpr double kLong = 4.0;
-// Chosen: changes to and fro within half a median step's duration of each other are one passage.
+// Chosen: successive changes to and fro within half of a step's median duration are one passage.
 constexpr double kSamePassage = 0.5;
 // Chosen: at a node the chamber's slope may change; the mean duration of a step has 8 nodes.
 constexpr double kNodesInStep = 8.0;
@@ -33,7 +33,7 @@ constexpr double kNodesInStep = 8.0;
 constexpr double kMostNodes = 4096.0;
 // Chosen: the largest number of kinks; a chamber's program changes its slope less often.
 constexpr int kMostKinks = 40;
-// Chosen: rounds in which all kinks are placed again; they end earlier when no kink moves.
+// Chosen: the largest number of rounds that place all kinks again; they end when no kink moves.
 constexpr int kKinkRounds = 4;
 // Chosen: the chamber's slope is a random walk; this is its least variance per node, relative to
 // the square of the mean rate. Over 4096 nodes the slope then changes by 64e-7 of the mean rate, so
@@ -51,8 +51,9 @@ double Decay(double since_s, double lag_s) {
   return lag_s > 0.0 ? std::exp(-std::max(since_s, 0.0) / lag_s) : 0.0;
 }
 
-// Noise may repeat the change when the temperature passes a place. Returns the end of such changes
-// from `begin` on. If their number is odd, they lead to the next step; else only the first counts.
+// Noise may repeat a change when the temperature passes a place. Returns the end of the repeated
+// changes that start at `begin`. If their number is odd, they lead to the next step. If it is even,
+// they lead back, and only the first one counts.
 std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
                          std::size_t begin,
                          double usual_s) {
@@ -64,8 +65,8 @@ std::size_t EndOfPassage(const std::vector<std::pair<double, double>>& changes,
   return (end - begin) % 2 == 1 ? end : begin + 1;
 }
 
-// Time of the passage, t0 - t1 + t2 - … for changes at these times: a single change at this time
-// leaves the reading on either step for as long as all the changes together do.
+// Time of a passage with changes at t0, t1, …: t0 - t1 + t2 - …. If one change at this time
+// replaces them, the reading stays on either step for as long as before.
 double TimeOfPassage(const std::vector<std::pair<double, double>>& changes,
                      std::size_t begin,
                      std::size_t end) {
@@ -161,7 +162,7 @@ class LaggedChamber {
   }
 
  private:
-  // The least gain in log likelihood of a kink: the log of the number of nodes to choose from.
+  // Least gain in log likelihood by a kink: the log of the number of nodes to choose from.
   double price() const { return std::log(static_cast<double>(node_count_)); }
 
   void Set(std::size_t node, bool is_kink) {
@@ -215,7 +216,7 @@ class LaggedChamber {
   }
 
   // Finds, for the present kinks, the walk's variance to a factor of ten and the σ of the places.
-  // Leaves the smoothed states and the scores of the best values.
+  // Ends with a pass with the best values, whose results remain.
   double Tune() {
     double likelihood = Pass();
     for (const double factor : {0.1, 10.0}) {
@@ -310,7 +311,7 @@ class LaggedChamber {
     return likelihood;
   }
 
-  // Derivative of the state at a kink by the change of the chamber's slope: T and T' do not change.
+  // Derivative of the state at a kink with respect to the chamber's slope. T and T' do not change.
   State Turn() const { return {-lag_s_, 1.0, lag_s_}; }
 
   const StepPlaces& places_;
@@ -325,8 +326,8 @@ class LaggedChamber {
   int node_count_ = 0;
   int kinks_ = 0;
   std::vector<bool> is_kink_;
-  // Variances: of the temperature at a place, and the least value of it; of a step of the random
-  // walk; and the variance that a kink adds to this step.
+  // Variances, in this order: of the temperature at a place; the least value of this variance; of a
+  // step of the random walk; what a kink adds to the variance of its step.
   double variance_ = 0.0, least_variance_ = 0.0, walk_ = 0.0, kink_ = 0.0;
   // Results of the last pass.
   std::vector<State> predicted_, states_, gain_;
@@ -380,7 +381,7 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
   for (std::size_t i = degc.size() - 1; i > 0; --i) {
     if (degc[i] == degc[i - 1]) base = degc[i];
   }
-  // If the reading changes within a cell, the cell's mean lies between two steps.
+  // A cell with a change has a mean between two steps; the nearer step counts.
   const auto level = [step, base](double value) { return std::round((value - base) / step); };
   std::vector<std::pair<double, double>> changes;
   for (std::size_t i = 1; i < degc.size(); ++i) {
@@ -411,7 +412,8 @@ StepPlaces PlacesOfChange(const std::vector<double>& time_s,
     value /= static_cast<double>(count);
     const auto points = static_cast<int>(std::min(200.0, (to - from - 2.0 * end) / usual));
     for (int p = 0; p < points; ++p) {
-      // All points come from one reading, so the σ of each is that of the reading times √number.
+      // All points share one reading's error, so the σ of each is that of the reading times
+      // √number.
       places.Add(from + end + (p + 0.5) * (to - from - 2.0 * end) / points,
                  value,
                  in_step * std::sqrt(static_cast<double>(points)));

@@ -18,9 +18,9 @@ struct StepPlaces {
   }
 };
 
-/// `time_s` increases. `degc` are readings, or means of a few readings; readings differ by
-/// multiples of `step_degc`. If noise makes the reading cross one place repeatedly, this counts as
-/// one change.
+/// Finds the places (see StepPlaces) of a thermometer's readings. `time_s` increases. `degc` are
+/// readings, or means of a few readings; readings differ by multiples of `step_degc`. If noise
+/// makes the reading cross one place repeatedly, this counts as one change.
 StepPlaces PlacesOfChange(const std::vector<double>& time_s,
                           const std::vector<double>& degc,
                           double step_degc);

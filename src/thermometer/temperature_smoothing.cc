@@ -20,16 +20,18 @@
 namespace truetriad {
 namespace {
 
-// Steps of up to 1/400 of the range, which is half of a sweep's window, are treated as noise.
+// Steps of up to 1/400 of the range, half of the change in a sweep's window, are treated as noise.
 constexpr double kCoarseShare = 1.0 / 400.0;
 // Chosen: noise gives the smoothed rate a σ of at most 1 % of the typical rate.
 constexpr double kRateNoiseShare = 0.01;
 // Chosen: the half-width is at most 1/20 of the recording; a wider one rounds off turning points.
 constexpr double kWidestShare = 1.0 / 20.0;
-// Chosen: with fewer changes (coarse thermometer) or readings (slow one) all cells are smoothed.
+// Chosen: if a coarse thermometer changes, or a slow one is read, fewer times than this, all cells
+// are smoothed.
 constexpr std::size_t kFewestPlaces = 8;
-// In steps. With this noise or more beside the variance 1/12 of rounding, the track has the noise
-// of local fits. With less, rounding is the only error, and the track keeps its step.
+// In steps. If readings have this noise or more, beside the variance 1/12 of rounding, the track's
+// noise is that of local fits. If they have less, rounding counts as the only error, and the track
+// keeps its step.
 constexpr double kDithered = 0.15;
 // Tukey's biweight: residuals beyond 6 σ get a weight of 1e-6; 2 in 10^9 normal errors are larger.
 constexpr double kTukey = 6.0;
@@ -60,7 +62,7 @@ double NoiseOf(const std::vector<double>& degc) {
 
 // Mean absolute rate of change, from differences over some 64 intervals.
 double TypicalRate(const std::vector<double>& time_s, const std::vector<double>& degc) {
-  // Chosen: in an interval the temperature changes by more than the noise; a ramp takes longer.
+  // Chosen: in 1/64 of a sweep the temperature changes by more than the noise; a ramp takes longer.
   constexpr std::size_t kStretches = 64;
   const std::size_t every = std::max<std::size_t>(degc.size() / kStretches, 1);
   double change = 0.0;
@@ -70,7 +72,8 @@ double TypicalRate(const std::vector<double>& time_s, const std::vector<double>&
   return change / (time_s.back() - time_s.front());
 }
 
-// Value and slope of a local fit, and the weights in both of the readings begin, begin + 1, ….
+// Value and slope of a local fit. weights[j]: weights of reading begin + j in the value and in the
+// slope.
 struct LocalFit {
   double value = 0.0, slope = 0.0;
   std::size_t begin = 0;
@@ -133,10 +136,10 @@ void FitAbout(
 // A width chosen by the noise alone may smooth a turning point away. Returns the width, at most
 // `half_width`, that has the least score of generalised cross-validation.
 double NotTooWide(const Readings& readings, double half_width, double spacing_s) {
-  // Chosen: two widths an octave; the minimum is flat.
+  // Chosen: two widths per octave are tried; the minimum of the score is flat.
   constexpr double kNarrower = 0.7;
   constexpr double kFewestOver = 20.0;  // Least number of readings in a half-width.
-  // Chosen: 2000 places give the score to 1 / √2000 = 2 %; more only take time.
+  // Chosen: 2000 readings give the score to 1 / √2000 = 2 %; more only take time.
   constexpr std::size_t kPlaces = 2000;
   const std::size_t every = readings.time_s.size() / kPlaces + 1;
   double best = half_width, least = std::numeric_limits<double>::infinity();

@@ -13,7 +13,7 @@ namespace {
 // steps from cell to cell, and by more than 5 % of the range of the central 90 % of cells. A
 // turning point is outside by three steps, which is half of the limit.
 constexpr double kSpikeSteps = 6.0, kSpikeShare = 0.05;
-// Up to this, degC, a change of a reading is rounding: of decimals or by a change of unit.
+// A change of a reading by up to this, degC, is rounding: of decimals, or by a conversion of units.
 constexpr double kLeastStep = 1e-6;
 
 }  // namespace
@@ -47,7 +47,7 @@ void ThermometerWatch::Note(std::span<const std::int64_t> time_ns, std::span<con
 }
 
 double ThermometerWatch::hold_s() const {
-  // At least five intervals between changes: a short sweep has them, and they can be compared.
+  // Five intervals between changes can be compared; even a short sweep has them.
   constexpr std::int64_t kFewestChanges = 5;
   // Readings count as repeated if at most 2 % of the intervals are shorter than the most frequent
   // interval, at least 60 % agree with it, and the mean change is two steps or more.

@@ -40,8 +40,8 @@ class ThermometerWatch {
   double change_sum_degc_ = 0.0;
 };
 
-/// A thermometer is read every `hold_s`, and each reading is repeated until the next one. Here each
-/// reading has the time at which it was taken; the means of cells of time change at these times.
+/// Readings with the times at which they were taken. The thermometer is read every `hold_s` and
+/// repeats each reading until the next one, so the means of cells (`degc`) change at these times.
 /// `time_s` of the cells increases in nearly equal steps.
 struct TakenReadings {
   std::vector<double> time_s, degc;

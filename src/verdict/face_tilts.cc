@@ -24,7 +24,7 @@ constexpr double kToldShare = 0.01;
 // Probability that the larger tilt is still too small.
 constexpr double kTooSmallByChance = 0.1;
 
-// Covariance of the tilts whose rows of the basis are `rows`.
+// The covariance of tilts; `rows`: the rows of the basis that belong to these tilts.
 template <typename Rows>
 Eigen::MatrixXd CovarianceOf(const Rows& rows, const ReducedSystem& system) {
   return rows * system.covariance() * rows.transpose();

@@ -12,18 +12,20 @@
 
 namespace truetriad {
 
-// Test whether the tilts of a block's faces agree with their stated σ; the lengths of readings
-// determine them. With the prior covariance s^2 I and the covariance P of the estimate t,
-// t^T (s^2 I - P)^+ t ~ chi^2.
+// Result of a test whether the tilts t of a block's faces agree with their stated σ s; the lengths
+// of readings determine t. If s is right, t^T (s^2 I - P)^+ t ~ chi^2, with the covariance P of the
+// estimate t.
 struct TiltsSeen {
   double p_value = 1.0;
-  // An upper limit of σ: if the true σ were this large, χ² would be as small as it is in one case
-  // of ten. The limit is wide, since few lengths determine σ and FaceCurvatures is quadratic in σ.
+  // An upper limit of σ: if the true σ were this large, χ² would be as small as it is, or smaller,
+  // in one case of ten. The limit is wide, since few lengths determine σ and FaceCurvatures is
+  // quadratic in σ.
   double sigma_deg = 0.0;
 };
 
-// The tilts if they are significantly larger than stated. Unset if there are no faces, if readings
-// do not determine the tilts, or if `options` come from WithTilts: a second excess is chance.
+// The result of the test if the tilts are significantly larger than stated. Unset if they are not,
+// if there are no faces, if readings do not determine the tilts, or if `options` come from
+// WithTilts: a second excess is chance.
 std::optional<TiltsSeen> TiltsBeyondStated(const PoseGraph& graph, const CalibrateOptions& options);
 
 // `options` with the σ of the found tilts in place of the stated one.

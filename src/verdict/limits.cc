@@ -40,7 +40,7 @@ Eigen::Matrix3d SensitivityOf(const Entries& entries) {
   return Eigen::Matrix3d(entries.tail<9>().reshaped(3, 3).transpose());
 }
 
-// A sensor's entries at a temperature tau above its reference, and their covariance.
+// A sensor's entries, and their covariance, at a temperature that is `tau` above its reference.
 class SensorAt {
  public:
   SensorAt(const Calibration& calibration, Triad triad)
@@ -196,7 +196,8 @@ std::vector<JudgedValue> ValuesOfSensor(const SensorAt& sensor,
     const Entries entries = sensor.At(tau);
     for (const auto& [component, number] : numbers) {
       if (limit.IsSlope()) {
-        // The error for a cubic over 100 degC is (0.01 / 100)^2 = 1e-8 of its slope.
+        // The difference is accurate: for a cubic over 100 degC, it errs by (0.01 / 100)^2 = 1e-8
+        // of the slope.
         constexpr double kStepDegc = 0.01;
         const double slope =
             (number(sensor.At(tau + kStepDegc)) - number(sensor.At(tau - kStepDegc))) /

@@ -10,10 +10,10 @@
 
 namespace truetriad {
 
-// Judges each of `limits` by its worst value: that whose guard band of k σ is nearest to the limit
-// or furthest beyond it. If there are temperature terms, the values over the calibrated temperature
-// range are judged. Error (usage): this calibration lacks a limited quantity, and the limit is not
-// `if_present`.
+// Judges each of `limits` by its worst value, which is the one whose guard band of k σ is nearest
+// to the limit or furthest beyond it. If there are temperature terms, the values over the
+// calibrated temperature range are judged. Error (usage): this calibration lacks a limited
+// quantity, and the limit is not `if_present`.
 Result<std::vector<LimitCheck>> JudgeLimits(const Calibration& calibration,
                                             const PoseSet& poses,
                                             const LimitOptions& limits);

@@ -10,15 +10,17 @@
 namespace truetriad {
 namespace {
 
-// Steps shorter than this many σ of a difference of readings are skipped: noise dominates them.
+// A step is skipped if its turn is below this many σ of a difference of two readings: noise
+// dominates it.
 constexpr double kLeastSigmas = 0.2;
-// Variance of k^3 of a noiseless step, since the rate varies within it.
+// Variance that k^3 has without noise, since the rate varies within a step.
 constexpr double kLeastVariance = 0.01;
 // Number of σ that normal noise exceeds in one of 3.5 million runs.
 constexpr double kSureSigmas = 5.0;
 // The mean of this many neighbouring steps on each side is subtracted from a step.
 constexpr std::size_t kBeside = 4;
-// Largest variance of a step minus the mean of at least four neighbours, over the step's variance.
+// The variance of a step minus the mean of at least four neighbours is at most this many times the
+// variance of the step alone.
 constexpr double kWithBeside = 1.25;
 // Largest k by lost rows: that of a step across two consecutive lost rows.
 constexpr double kMostBeyond = 2.0;
@@ -28,11 +30,12 @@ constexpr double kFarNoise = 4.0;
 constexpr std::size_t kFewestSteps = 50;
 // Longest period that is tested: rarer lost rows are hidden in the noise of most logs.
 constexpr std::size_t kLongestPeriod = 24;
-// Number of σ by which a phase of a period must stand out. 300 phases are tested; normal noise
-// exceeds it in 1e-8 of runs.
+// Number of σ by which a phase of a period must stand out. About 300 phases are tested; normal
+// noise exceeds this number in 1e-8 of runs.
 constexpr double kSurePhaseSigmas = 6.5;
-// Range of the mean of k at the steps across lost rows minus that of all other steps: a whole step,
-// less the part that the fitted gain absorbs. Moves at regular times, and hum, have other values.
+// Range of the contrast, which is the mean of k at the steps across lost rows minus the mean at all
+// other steps. Lost rows give one step, less the part that the fitted gain absorbs. Moves at
+// regular times, and hum, give other values.
 constexpr double kLeastContrast = 0.7, kMostContrast = 1.3;
 // If more than this share of a turning body's steps have equal readings, readings are repeated.
 constexpr double kRepeatedShare = 0.05;

@@ -18,15 +18,15 @@ struct ShareOfRows {
 };
 
 // Estimates how many rows were lost from a log whose times were made regular afterwards. From one
-// row to the next the field v in the body turns by the gyroscope's rate w, v' = v x w dt; across a
-// missing row it turns by twice that. k is the excess of a step's turn over the predicted one, as a
-// share of the latter, minus the mean of this share over neighbouring steps. The mean of k^3, |k|
-// <= 2, is the share of missing rows: noise has both signs equally often, and errors of gains,
-// delays and the hand's motion change little from step to step. If every n-th row is missing, n <=
-// 25, the mean of k over every (n-1)-th step is significant.
+// row to the next, the field v in the body turns by the gyroscope's rate w: v' = v x w dt. Across a
+// missing row, it turns by twice that. k is the turn of v in a step minus the predicted turn,
+// divided by the predicted turn; the mean over neighbouring steps is subtracted. The mean of k^3,
+// with |k| <= 2, is the share of missing rows: noise has both signs equally often, and errors of
+// gains, delays and the hand's motion change little from step to step. If every n-th row is
+// missing, n <= 25, the mean of k over every (n-1)-th step is significant.
 class LostRowCounter {
  public:
-  // `sigma`: of one reading of the vector sensor, as a share of its field.
+  // `sigma`: σ of one reading of the vector sensor, relative to the strength of its field.
   LostRowCounter(const TriadModel<double>& gyroscope,
                  const TriadModel<double>& vector,
                  double sigma)
@@ -44,7 +44,7 @@ class LostRowCounter {
 
  private:
   struct Step {
-    double more = 0.0;   // excess over the gyroscope's turn, as a share of it
+    double more = 0.0;   // turn beyond the gyroscope's, over the gyroscope's
     double noise = 0.0;  // σ of `more`
     bool is_told = false;
   };
@@ -54,13 +54,13 @@ class LostRowCounter {
   TriadModel<double> gyroscope_, vector_;
   double sigma_;
   struct Told {
-    std::int64_t row = 0;   // index by its time
+    std::int64_t row = 0;   // row number, counted by time
     double beyond = 0.0;    // k
-    double variance = 0.0;  // of k by noise, its neighbours' included
+    double variance = 0.0;  // of k, by the noise of the step and its neighbours
   };
-  // False if there are too few steps, or if the vector sensor is read less often than rows are
-  // written: its last reading is then repeated, and it seems to turn by nothing, then by several
-  // steps.
+  // Whether the steps can show lost rows. False if there are too few steps, or if a sensor is read
+  // less often than rows are written: repeated readings then look like steps without a turn,
+  // followed by a turn of several steps at once.
   bool CanTell() const;
 
   std::vector<Told> told_;

@@ -218,7 +218,7 @@ Marginal MarginalOfWanted(const PoseGraph& graph, const SharedInformation& syste
 // The axis whose asymmetry dominates a direction of parameter space, or -1. If all turns have one
 // sense, they do not separate the asymmetry from the gain.
 int AsymmetricAxis(const std::vector<std::string>& names, const Eigen::VectorXd& loading) {
-  constexpr double kShare = 0.5;  // least share of the largest loading, to dominate
+  constexpr double kShare = 0.5;  // an asymmetry dominates above this share of the largest loading
   int axis = -1;
   double largest = kShare * loading.cwiseAbs().maxCoeff();
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -242,8 +242,8 @@ std::vector<double> GainsOf(const ReducedSystem& added, const Eigen::VectorXd& f
   return gains;
 }
 
-// What to record to reduce a direction's σ. With temperature terms, if no candidate alone makes σ
-// `wanted` or less, the advice is on temperatures.
+// What to record to reduce a direction's σ. If there are temperature terms, and no candidate alone
+// reduces σ to `wanted`, the advice is on temperatures.
 std::string AdviceFor(const PoseGraph& graph,
                       const std::vector<std::string>& names,
                       const Eigen::VectorXd& loading,

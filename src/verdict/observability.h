@@ -21,8 +21,8 @@ struct Observability {
 // Examines the eigen-directions of the wanted parameters' covariance in typical units (a bias as
 // large as the signal, a gain of 100 %). If σ along a direction exceeds `limit`, the direction is
 // undetermined. If σ exceeds a quarter of the limit, or both 1 % and 10 times the median σ, the
-// direction is reported as weak. The usual advice is the pose, of a grid of attitudes, that reduces
-// the variance along the direction most.
+// direction is reported as weak. The usual advice is to add a pose: of a grid of attitudes, the one
+// that most reduces the variance along the direction.
 //
 // `how_to_add`: how to record more attitudes; such advice begins with these words.
 Observability AnalyseObservability(const PoseGraph& graph,
@@ -32,7 +32,7 @@ Observability AnalyseObservability(const PoseGraph& graph,
 
 // The parameter, other than a block's tilt, whose σ is the largest share of its typical size.
 struct LeastKnown {
-  std::string name;  // in spoken form
+  std::string name;  // in words: "accelerometer scale x"
   double share = 0.0;
 };
 LeastKnown LeastKnownOf(const PoseGraph& graph, const Eigen::MatrixXd& covariance);

@@ -15,7 +15,7 @@ namespace {
 // Rounding error of a product of rotations.
 constexpr double kRounding = 1e-12;
 
-// The place of an entry in a matrix stored by columns; `entry` is its place by rows.
+// The index of an entry in a matrix stored by columns; `entry` is its index by rows.
 int RowMajorPlace(int entry) { return 3 * (entry % 3) + entry / 3; }
 
 // A 3x3 matrix of the solution; its entry (row, col) is at first + 3 row + col of the covariance,
@@ -170,7 +170,8 @@ PresentedSolution SolutionOf(const Calibration& calibration) {
 void StateInGauge(Gauge gauge, Triad leading, double axis_sign, PresentedSolution* solution) {
   const Eigen::Matrix3d lead = solution->models[leading]->sensitivity;
   const Eigen::Matrix3d Q = GaugeRotation(gauge, lead, axis_sign);
-  // Its columns are the entries of S_lead by columns; the covariance has these entries by rows.
+  // Each column of `turn` belongs to an entry of S_lead, counted by columns; the covariance counts
+  // these entries by rows.
   const Eigen::Matrix<double, 3, 9> turn = GaugeRotationJacobian(gauge, lead, Q);
   solution->rotation = solution->rotation * Q;
 

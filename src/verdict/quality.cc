@@ -106,8 +106,9 @@ void FillPoseQuality(const PoseGraph& graph,
 
 namespace {
 
-// The information without each fold; a fold is every n-th pose, from one of the first n on. For
-// independent poses: the total minus the information of the fold.
+// For each fold, the information of all other poses. A fold is every n-th pose, from one of the
+// first n poses on. Poses are independent here: the fold's information is subtracted from the
+// total.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
                                             const ReducedSystem& system,
                                             int folds) {
@@ -125,7 +126,7 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   }
   std::vector<SharedInformation> left;
   for (std::size_t fold = 0; fold < count; ++fold) {
-    // The gradient at the system's solution, which is one more step away.
+    // The gradient at the system's solution, one Gauss-Newton step from the linearisation.
     left.emplace_back(graph.layout,
                       graph.shared,
                       system.information() - information[fold],
@@ -134,8 +135,8 @@ std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph,
   return left;
 }
 
-// The information without each fold, if turns link the poses: a pose that is left out stays in the
-// graph with readings of negligible weight, and no turn is integrated again.
+// For each fold, the information of all other poses, if turns link the poses. A pose that is left
+// out stays in the graph, with readings of negligible weight; no turn is integrated again.
 std::vector<SharedInformation> WithoutFolds(const PoseGraph& graph, int folds) {
   std::vector<SharedInformation> left;
   for (int fold = 0; fold < folds; ++fold) {

@@ -41,10 +41,11 @@ void FillPoseQuality(const PoseGraph& graph,
                      const PoseSet& poses,
                      Quality* quality);
 
-// Prediction errors of poses and turns that were not fitted. Poses are left out in groups of every
-// n-th one, n = `folds`, by a Gauss-Newton step from the solution, with weights and excess held;
-// turns are left out one by one. `system`: of the graph at its solution. Unset without a vector
-// sensor, with too few poses, or if the remaining poses do not determine the parameters.
+// Errors of predicting poses and turns that were not fitted. Poses are left out in n groups of
+// every n-th one, n = `folds`: a Gauss-Newton step from the solution, with weights and excess held,
+// gives the parameters without a group. Turns are left out one by one. `system`: that of `graph` at
+// its solution. Unset without a vector sensor, with too few poses, or if the remaining poses do not
+// determine the parameters.
 std::optional<HeldOut> CrossValidate(const PoseGraph& graph,
                                      const ReducedSystem& system,
                                      const TurnErrors& turns,
@@ -59,10 +60,10 @@ struct HeldOutGroup {
 // n-th turn. Empty if there are too few poses.
 std::vector<HeldOutGroup> GroupsOfPosesAndTurns(const PoseGraph& graph, int folds);
 
-// RMS of held-out residuals in units of their noise. Each group alone is left out and compared with
-// its prediction by the remaining graph, with weights and noise held. A pose that no turn links to
-// others gets its optimal attitude, so that only the parameters are tested. Unset without groups,
-// or if a remaining graph does not determine the parameters.
+// RMS of held-out residuals in units of their noise. One group at a time is left out and compared
+// with its prediction by the remaining graph, with weights and noise held. A pose that no turn
+// links to others gets its optimal attitude, so that only the parameters are tested. Unset without
+// groups, or if a remaining graph does not determine the parameters.
 std::optional<double> HeldOutError(const PoseGraph& graph, const std::vector<HeldOutGroup>& groups);
 
 }  // namespace truetriad

@@ -23,12 +23,14 @@ namespace {
 
 // Significance level of turns that extend into the rests.
 constexpr double kLevel = 1e-4;
-// Level of rows lost at random, a tenth of kLevel: a hand's accelerations are not white noise.
+// Significance level of the test for rows lost at random. The test assumes white noise, which a
+// hand's accelerations are not, so that its level is a tenth of kLevel.
 constexpr double kLevelOfSteps = 1e-5;
 
-// Fewer turns do not determine the scatter of their mean.
+// The fewest turns that are tested: fewer do not determine the scatter of their mean.
 constexpr double kFewestTurns = 8.0;
-// A graph with more poses is of a table or a motion, which have no turns between long rests.
+// Graphs with more poses are not tested: they are of a table or a motion, without turns between
+// long rests.
 constexpr std::size_t kMostTurns = 1000;
 
 // Adds to `counter` the intervals in which both sensors have readings at the same times.
@@ -196,7 +198,7 @@ void RecordingSearch::FindUnsettledTurns() {
   const bool is_shown = p_value < kLevel && Acts(Mechanism::kSettlingTurns);
   faults_.tests.push_back({Triad::kGyroscope, "settling", p_value, is_shown, std::nullopt});
   if (!is_shown) return;
-  // The expected square of the true mean is mean^2 plus its variance.
+  // The square of the true mean is expected to be mean^2 plus the variance of `mean`.
   Widen(std::hypot(mean, std::sqrt(scatter)) * (system_.covariance() * by),
         Triad::kGyroscope,
         "measures all turns too short by about the same angle",

@@ -94,8 +94,8 @@ bool StateAbout(double reference_degc, Calibration* calibration) {
     ThermalTerms& thermal = *sensor->thermal;
     const double shift = reference_degc - thermal.reference_degc;
     AddShift(*calibration, triad, shift, &jacobian);
-    // The sum of the knots is zero at the reference: it changes by a constant, which the bias
-    // takes.
+    // The curve of the knots is zero at the reference. A new reference shifts the curve by a
+    // constant, which is added to the bias.
     const Eigen::Vector3d bias =
         ModelAtTemperature(sensor->model, thermal, reference_degc, 0.0).bias;
     ShiftPowers(shift, &sensor->model.bias, &thermal.bias);

@@ -12,7 +12,7 @@ namespace truetriad {
 
 // The last steps of every calibration, whether from rests, a motion or a sweep.
 
-// A sensor of which only the units are set.
+// A sensor whose units are set, and nothing else.
 TriadCalibration InUnits(Triad triad, const PoseSet& poses);
 
 // States gravity, field, dip and fixture rotation as they were used or estimated.
@@ -26,7 +26,7 @@ Eigen::Matrix3d MountingOf(const CalibrateOptions& options,
                            Triad triad,
                            const Eigen::Matrix3d& sensitivity);
 
-// States the wanted sensors with their σ, and the covariance.
+// Writes the wanted sensors with their σ, and the covariance, into `calibration`.
 void StateSolution(const CalibrateOptions& options,
                    const PoseSet& poses,
                    const PresentedSolution& solution,

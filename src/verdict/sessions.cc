@@ -46,8 +46,9 @@ SessionBiases BiasesOf(const PoseGraph& graph, Triad triad) {
   return biases;
 }
 
-// The sum of squares about the mean has the expectation (n - 1) v + tr(P C): v is the variance from
-// session to session, C the covariance of the estimated biases, P subtracts the mean.
+// The sum of squares of n sessions' biases about their mean has the expectation (n - 1) v + tr(P
+// C). v is the variance from session to session, C the covariance of the estimated biases, and P
+// the projector that subtracts the mean.
 void AddScatter(const Eigen::VectorXd& values,
                 const Eigen::MatrixXd& covariance,
                 int axis,

@@ -28,9 +28,9 @@ std::optional<Eigen::Vector3d> MeasuredVector(const SharedLayout& layout,
   return std::nullopt;
 }
 
-// TurnError of the rotation `turn` for `edge`; the parameters `shared` give the vectors. Unset if a
-// reading is rejected. The earth's rotation during the turn is subtracted, in the attitude that the
-// graph has before the turn.
+// TurnError for `edge` with the rotation `turn`; the vectors are computed with the parameters
+// `shared`. Unset if a reading is rejected. The earth's rotation during the turn is subtracted, in
+// the attitude that the graph has before the turn.
 std::optional<double> ErrorOf(const PoseGraph& graph,
                               const Eigen::VectorXd& shared,
                               const IncrementEdge& edge,
@@ -49,9 +49,9 @@ std::optional<Eigen::VectorXd> SharedWithout(std::size_t at,
                                              const Eigen::Matrix3d& variance,
                                              const PoseGraph& graph,
                                              const ReducedSystem& system) {
-  // In a direction in which the projector leaves less than this share of the observation's
-  // information, residuals do not show the observation. If attitudes alone would leave over twice
-  // as much, parameters absorb it: without the observation they are undetermined.
+  // If the projector leaves less than this share of the observation's information in a direction,
+  // residuals do not show the observation there. If elimination of the attitudes alone leaves over
+  // twice as much, the parameters absorb the rest: they are undetermined without the observation.
   constexpr double kNothing = 1e-6;
   const Eigen::Index row = system.factors()[at].row;
   const Eigen::Matrix3d root = CholeskyRoot(variance);

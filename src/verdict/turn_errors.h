@@ -18,8 +18,8 @@ namespace truetriad {
 // the magnetometer.
 Triad TurnedAgainst(const SharedLayout& layout);
 
-// Angle, rad, between `after` and `before` as rotated by the turn. `before` and `after`: a constant
-// world direction, in body axes before and after the turn.
+// Angle, rad, between `after` and its prediction, which is `before` rotated by the turn. `before`
+// and `after` are the same world direction, in body axes before and after the turn.
 double TurnError(const Eigen::Quaterniond& turn,
                  const Eigen::Vector3d& before,
                  const Eigen::Vector3d& after);
@@ -28,20 +28,21 @@ double TurnError(const Eigen::Quaterniond& turn,
 // Unset if there is no gyroscope, or if its unit is counts.
 std::optional<TriadModel<double>> NominalGyroscope(const PoseSet& poses);
 
-// Angles, rad, between gravity as measured at the rest after a turn and as predicted by the turn,
-// for several sets of parameters. Without an accelerometer, the field replaces gravity. Rejected
-// turns are left out, and turns that begin or end in a pose whose reading is rejected: all lists
-// are of the same turns.
+// Angles, rad, between gravity as measured at the rest after a turn and gravity as predicted by the
+// turn, for several sets of parameters. Without an accelerometer, the field replaces gravity. Turns
+// are left out if they are rejected, or if they begin or end in a pose whose reading is rejected.
+// All lists are of the same turns.
 struct TurnErrors {
   std::vector<double> in_sample;
-  // With parameters estimated without the turn. Empty if without some turn they are undetermined.
+  // With parameters that are estimated without the turn. Empty if there is a turn without which the
+  // parameters are undetermined.
   std::vector<double> held_out;
   // With a nominal gyroscope and the calibrated vector sensor. Empty if the unit is counts.
   std::vector<double> nominal;
 };
 
-// One Gauss-Newton step gives the parameters without a turn. With the projector P of the whole
-// system (reduced_system.h) and the rows f of the turn,
+// Finds the errors of all turns. One Gauss-Newton step gives the parameters without a turn: with
+// the projector P of the whole system (reduced_system.h) and the rows f of the turn,
 //
 //   t_without = t + M^-1 (D J)_f^T (P_ff)^-1 (P r)_f
 //

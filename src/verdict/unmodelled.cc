@@ -21,7 +21,8 @@
 namespace truetriad {
 namespace {
 
-// Least shift of a bias by rounding that counts, in its σ; it widens that σ by 12 %.
+// Rounding is included if it may shift a bias by at least this many σ of the bias: it then widens
+// this σ by at least 12 %.
 constexpr double kRoundingSigmas = 0.5;
 
 // Clock lags that are too long to be determined by moves.
@@ -69,8 +70,9 @@ StatedFault BendsOf(Triad triad, const Nonlinearity& nonlinearity, const PoseGra
   return bends;
 }
 
-// If a gyroscope's noise at rest is below a converter step, its readings are equal in all rests,
-// and as a turn begins and ends: they share one rounding error of up to half a step.
+// The rounding error of a gyroscope as a fault. If noise at rest is below a converter step, all
+// readings at rest, and as a turn begins and ends, are equal: they share one rounding error of up
+// to half a step.
 std::optional<StatedFault> RoundingOf(const PoseSet& poses,
                                       const PoseGraph& graph,
                                       const ReducedSystem& system) {

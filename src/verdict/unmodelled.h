@@ -14,14 +14,14 @@ namespace truetriad {
 // Effects in a recording that the model lacks; each adds to the solution's covariance.
 struct Unmodelled {
   FaultFindings faults;
-  // In the order of faults.widening: the sensors of stated nonlinearities, then the rounding of a
-  // gyroscope at rest.
+  // The stated faults of faults.widening, in its order: the nonlinearities that are stated for
+  // these sensors, and then, if has_rounding, the rounding of a gyroscope at rest.
   std::vector<Triad> stated_bends;
   bool has_rounding = false;
   DriftCovariance drift;
   RecordingFaults of_recording;      // faults that no residual shows
-  std::vector<ClockOffset> clocks;   // that remain after corrections
-  std::vector<double> clock_sigmas;  // largest shift by each, in the parameter's σ
+  std::vector<ClockOffset> clocks;   // clock offsets that remain after corrections
+  std::vector<double> clock_sigmas;  // for each clock: its largest shift of a parameter, in σ
   Eigen::MatrixXd by_clocks;
 
   // Covariance of the free shared coordinates.
@@ -37,8 +37,8 @@ void TakeFaultsIn(const CalibrateOptions& options,
                   Unmodelled* found);
 
 // Finds the effects beyond TakeFaultsIn: drift, faults of single readings, clock offsets. The
-// graph's readings are already corrected for faults. `sigma_raw`: of one reading; `settings`: of
-// the graph.
+// graph's readings are already corrected for faults. `sigma_raw`: σ of one reading; `settings`: the
+// temperature settings of `graph`.
 void FindBeyondFaults(const PoseSet& poses,
                       const PerTriad<Eigen::Vector3d>& sigma_raw,
                       const PoseGraph& graph,

@@ -25,9 +25,9 @@
 namespace truetriad {
 namespace {
 
-// The first check that refuses names the cause, so that their order matters: a change in the middle
-// of the run may look like any other fault, and if a direction is undetermined, the optimiser does
-// not converge along it.
+// The first check that refuses names the cause, so that the order of the checks matters: a change
+// in the middle of the run may look like any other fault, and if a direction is undetermined, the
+// optimiser does not converge along it.
 constexpr std::array<Check, 12> kUsability = {&CheckFinite,
                                               &CheckRowsAreRests,
                                               &CheckNoiseKnown,
@@ -112,7 +112,7 @@ int CountPoses(const PoseGraph& graph) {
       }));
 }
 
-// σ of one reading.
+// σ of one reading of each sensor.
 PerTriad<Eigen::Vector3d> ReadingSigma(const SettledRun& run) {
   if (run.of_motion != nullptr) return run.of_motion->reading_sigma_raw;
   PerTriad<Eigen::Vector3d> sigma_raw{};
@@ -265,7 +265,8 @@ Status StateVerdict(const SettledRun& settled, Calibration* calibration) {
   const std::vector<LeftOutTest>& more = unmodelled.of_recording.tests;
   quality.left_out_tests.insert(quality.left_out_tests.begin(), more.begin(), more.end());
   quality.effective_dof = std::min(joint.dof, unmodelled.drift.dof);
-  // The covariance is divided by the joint test's scale: F(dim, ν) then holds for it as printed.
+  // Dividing the covariance by the joint test's scale makes F(dim, ν) hold for the covariance as
+  // reported.
   const Eigen::MatrixXd covariance =
       AdjustedCovariance(run.noise.estimate, system) / joint.scale + unmodelled.Covariance();
   StateReference(options, graph, &calibration->reference);

@@ -15,10 +15,10 @@
 
 namespace truetriad {
 
-// The noise of a motion's readings, with which the chain of its moments was settled.
+// The noise of a motion's readings that was used to solve the chain of its moments.
 struct MotionNoiseFound {
-  PerTriad<TriadNoise> stated;                  // as a result states it
-  PerTriad<Eigen::Vector3d> reading_sigma_raw;  // of one reading
+  PerTriad<TriadNoise> stated;                  // in the form that a result states
+  PerTriad<Eigen::Vector3d> reading_sigma_raw;  // σ of one reading
 };
 
 // A run whose weights, noise and solution have settled.
@@ -28,11 +28,11 @@ struct SettledRun {
   const PoseGraph& graph;
   const NoiseState& noise;
   bool converged = false;
-  Findings remarks = {};                        // from the steps so far
-  const MotionNoiseFound* of_motion = nullptr;  // set if nodes are moments
+  Findings remarks = {};                        // findings of earlier steps
+  const MotionNoiseFound* of_motion = nullptr;  // set for a motion
 };
 
-// The results so far, for checks.
+// The results of a run so far, which checks examine.
 struct SolvedRun {
   const ReducedSystem& system;
   const PresentedSolution& solution;
@@ -40,25 +40,25 @@ struct SolvedRun {
   const NoiseState& noise_before;  // before faults were included
   const OffOptimum& off;           // how far noise_before is from its optimum
   bool determined = true;          // each wanted parameter has a σ below the limit
-  const Calibration& stated;       // reference and quality; for remarks also the sensors
+  const Calibration& stated;       // has reference and quality; for remarks also sensors
 };
 
-// Such a change of temperature changes biases by more than a good calibration's σ: consumer sensors
-// drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC.
+// If the temperature changes by more than this, biases change by more than a good calibration's σ:
+// consumer sensors drift by about 1 mg, 0.02 deg/s and 0.1 uT per degC.
 inline constexpr double kMuchTemperatureDegc = 10.0;
 
 // A check examines a run and returns findings. If a check refuses, the following ones do not run.
 using Check = Findings (*)(const SettledRun& run, const SolvedRun& solved);
 
-// Checks whether the solution can be used, in the order of kUsability (verdict.cc). Without another
-// file name, a check is in fit.cc.
+// Checks whether the solution can be used, in the order of kUsability (verdict.cc). A check is in
+// fit.cc unless another file is named beside it.
 Findings CheckFinite(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNoiseKnown(const SettledRun& run, const SolvedRun& solved);
 Findings CheckRowsAreRests(const SettledRun& run, const SolvedRun& solved);  // rows_are_rests.cc
 Findings CheckExplained(const SettledRun& run, const SolvedRun& solved);
 Findings CheckTemperatureModelled(const SettledRun& run, const SolvedRun& solved);
 Findings CheckFaultsAllow(const SettledRun& run, const SolvedRun& solved);  // faults.cc
-Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);
+Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved);     // outliers.cc
 Findings CheckDetermined(const SettledRun& run, const SolvedRun& solved);
 Findings CheckConverged(const SettledRun& run, const SolvedRun& solved);
 Findings CheckNotCorrected(const SettledRun& run, const SolvedRun& solved);  // sensors.cc

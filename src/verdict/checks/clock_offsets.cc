@@ -15,7 +15,7 @@
 namespace truetriad {
 namespace {
 
-// One clock offset, and three coordinates of the sensor's place.
+// Unknowns of an accelerometer: its clock offset, and three coordinates of its position.
 constexpr int kMostUnknowns = 4;
 using Normal = Eigen::Matrix<double, kMostUnknowns, kMostUnknowns>;
 using Unknowns = Eigen::Matrix<double, kMostUnknowns, 1>;
@@ -25,19 +25,19 @@ using Columns = Eigen::Matrix<double, 3, kMostUnknowns>;
 constexpr int kSpareMoves = 4;
 // A move whose predicted end has a larger error, 11 degrees, is skipped.
 constexpr double kLostRad = 0.2;
-// Time over which the rate is differenced: shorter than a hand's start and stop, long enough to
-// reduce the rate's noise.
+// Time over which the rate is differentiated, s: shorter than a hand's start and stop, and long
+// enough to reduce the rate's noise.
 constexpr double kDifferenceS = 0.04;
 // Chosen: the iteration ends after this round even if its last step is above kSettledS.
 constexpr int kMostRounds = 12;
-// The iteration ends after a shorter step, s: moves determine clocks to 0.1 ms.
+// The iteration ends when its step is shorter than this, s: moves determine clocks to 0.1 ms.
 constexpr double kSettledS = 1e-5;
-// A longer offset is not a clock's, since moves last about a second.
+// An offset that becomes longer than this, s, is discarded: moves last only about a second.
 constexpr double kLongestS = 0.5;
 // An offset with a larger p is not reported.
 constexpr double kSaidChance = 1e-5;
-// An offset must exceed the time between two gyroscope readings by this many σ to be reported:
-// within that time, the moment of a reading is not a question of clocks.
+// An offset is reported if it exceeds the time between two gyroscope readings by this many σ. A
+// reading may be late by up to that time without any fault of its clock.
 constexpr double kSurelyLonger = 3.0;
 
 // One move, as the gyroscope measured it.
@@ -67,8 +67,8 @@ std::vector<Eigen::Vector3d> Differences(const FollowedMove& move) {
   return differences;
 }
 
-// Integrates the attitude along the turn of `edge`. The error at the end is distributed along the
-// turn in proportion to the angle. Unset if that error exceeds kLostRad.
+// Integrates the attitude along the turn of `edge`. The attitude's error at the turn's end is then
+// distributed along the turn in proportion to the angle. Unset if this error exceeds kLostRad.
 std::optional<FollowedMove> Follow(const PoseGraph& graph, const IncrementEdge& edge) {
   FollowedMove move;
   move.time_s = edge.move.time_s;
@@ -117,7 +117,7 @@ const Observation* SeenAt(const PoseNode& node, Triad triad) {
 // A move between two rests with readings of a sensor.
 struct SeenMove {
   const FollowedMove* move = nullptr;
-  std::vector<Eigen::Vector3d> reading;  // true unit, minus the errors at the rests beside it
+  std::vector<Eigen::Vector3d> reading;  // true unit; minus the errors at the two adjacent rests
   std::vector<Eigen::Vector3d> field;    // predicted by the attitude, true unit
   std::vector<Columns> columns;          // Z: derivatives of each reading by the unknowns
   Normal normal = Normal::Zero();        // Z^T Z
@@ -172,7 +172,7 @@ MoveSums SumsOf(const SeenMove& seen, double later_s) {
   const std::size_t count = move.time_s.size();
   std::size_t right = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    // Beyond its ends the unit rests.
+    // Before and after the move, the unit rests.
     const double time_s = std::clamp(move.time_s[i] + later_s, 0.0, move.time_s.back());
     while (right + 1 < count && move.time_s[right] < time_s) ++right;
     while (right > 0 && move.time_s[right - 1] >= time_s) --right;
@@ -334,7 +334,7 @@ Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system) {
   if (system.rank() < system.size()) return Eigen::VectorXd::Zero(system.size());
-  // The offset with its σ; the effect is nearly proportional to it.
+  // The rms of an offset d ± σ; the effect is nearly proportional to the offset.
   const double most_s = std::hypot(offset.later_s, offset.sigma_s);
   const Eigen::VectorXd rows = ChangeOfRows(offset.triad, most_s, graph, system);
   return system.covariance() * (system.B().transpose() * rows);

@@ -11,21 +11,22 @@
 namespace truetriad {
 
 // Estimates by how much each vector sensor's clock is late against the gyroscope's, from the moves
-// between rests of a settled graph. If a reading is stamped a time d late, it shows the field in
-// the attitude that the body had d earlier:
+// between rests of a settled graph. If a reading y (bias b, correcting matrix C) is stamped a time
+// d late, it shows the world's field v in the attitude that the body had d earlier:
 //
 //   C (y - b) - R^T v = -d (R^T v x w) + (dw/dt x r + w x (w x r))
 //
 // R is the attitude, integrated from rest to rest by the gyroscope, and w its rate. r, for the
-// accelerometer alone, is its place relative to the point about which hands turn the unit. A move
-// is weighted by how well it fits. σ is found by leaving out one move after another, so that it
-// includes all effects that differ from move to move. A sensor with too few moves gets no offset.
+// accelerometer alone, is the sensor's position relative to the point about which hands turn the
+// unit. A move is weighted by how well it fits. σ is found by leaving out one move after another,
+// so that it includes all effects that differ from move to move. A sensor with too few moves gets
+// no offset.
 std::vector<ClockOffset> FindClockOffsets(const PoseSet& poses, const PoseGraph& graph);
 
-// The effect of an offset d ± σ on a solution. A clock that is late changes the mean of a rest if
-// the readings at its two ends differ, and during a turn it changes the forces by which a
-// g-sensitivity acts. With y these changes for a clock that is late by sqrt(d^2 + σ^2), the free
-// coordinates change by m = M^-1 J^T D y. If rests are still to their ends, m is negligible.
+// The change m of the free coordinates by a clock offset d ± σ. A late clock changes the mean of a
+// rest if the readings at the rest's two ends differ. During a turn, it changes the forces by which
+// a g-sensitivity acts. If a clock that is late by sqrt(d^2 + σ^2) changes the rows by y, m = M^-1
+// J^T D y. If the unit is still up to the ends of the rests, m is negligible.
 Eigen::VectorXd MovedByClock(const ClockOffset& offset,
                              const PoseGraph& graph,
                              const ReducedSystem& system);

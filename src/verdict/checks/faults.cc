@@ -21,13 +21,14 @@ PerTriad<std::string> UnitsOf(const PoseSet& poses) {
   return units;
 }
 
-// Whether the fault is of matrix entries that the model ties: these have no σ of their own.
+// Whether the fault is in matrix entries that the model ties in pairs (kSymmetric), so that they
+// have no σ of their own. Models without ties (kBias, kDiagonal) have at most three free columns.
 bool IsTied(const TakenFault& fault, const SharedLayout& layout) {
   return fault.place.kind->parameter == ParameterKind::kSensitivity &&
          layout.ColumnsOf(layout.sensitivity[fault.place.triad], 9).size() > 3;
 }
 
-// The remedy: the line that makes the fault a parameter, or if no model has it, `otherwise`.
+// The remedy: the line that makes the fault a parameter; `otherwise` if there is no such line.
 std::string RemedyOf(const TakenFault& fault, const std::string& otherwise) {
   const FaultKind& kind = *fault.place.kind;
   if (kind.parameter == ParameterKind::kSensitivity) {
@@ -54,7 +55,7 @@ Finding FindingOf(const TakenFault& fault, const SettledRun& run) {
   const std::optional<double>& most = run.options.strict_shift_sigmas;
   const bool is_beyond = most && fault.shift_sigmas > *most;
   if (is_beyond) finding.remedy = "record again; `strict` refuses corrections this large";
-  // A tied matrix is not refused if rejecting some readings explains the others as well.
+  // A fault in a tied matrix is refused, unless rejecting some readings explains the others, too.
   const bool is_alone = fault.left_out_instead.empty();
   if (is_beyond || (is_alone && IsTied(fault, run.graph.layout))) {
     finding.As(Severity::kRefusal).treatment = Treatment::kNone;

@@ -13,10 +13,10 @@ namespace {
 // Largest χ² per degree of freedom. Above it the stated noise is over 30 times too small (the
 // square root), and no σ from it can be trusted.
 constexpr double kMostReducedChi2 = 1e3;
-// The optimiser stopped short if Newton's step at the solution exceeds both limits: this one in χ²,
-// the next one relative to typical sizes. If data have hardly any noise, χ² alone is too strict.
+// The optimiser stopped short if Newton's step at the solution exceeds two limits: this limit of
+// the step's χ², and kShortShare. If data have hardly any noise, χ² alone is too strict.
 constexpr double kShortChi2 = 0.01;
-// The other limit: the largest change of a parameter, relative to its typical size.
+// The limit of the change of any parameter in this step, relative to the parameter's typical size.
 constexpr double kShortShare = 1e-6;
 // If a σ with all effects exceeds the limit of `determined`, there is a warning; if it exceeds this
 // many times the limit, the parameter is worthless, and the run is refused.

@@ -13,10 +13,10 @@
 
 namespace truetriad {
 
-// The finding if a gyroscope whose matrix or bias is held measures turns that differ much from
-// those of gravity, or the field, between the rests; unset if both agree, or if nothing is held.
-// Wrong held values would make a solution distort the poses to fit the turns. `nodes`: from
-// BuildNodes.
+// The finding that held values of a gyroscope's matrix or bias are wrong: its turns differ much
+// from those that gravity, or the field, shows between the rests. Unset if they agree, or if
+// nothing is held. A solution with wrong held values would distort the poses to fit the turns.
+// `nodes`: from BuildNodes.
 std::optional<Finding> WhyHeldGyroscopeIsWrong(const PoseSet& poses,
                                                const StartValues& start,
                                                const std::vector<PoseNode>& nodes,

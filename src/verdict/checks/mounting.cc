@@ -150,7 +150,7 @@ Findings FoundMountings(const CalibrateOptions& options, const MountingView& vie
 // The finding if a sensor came out left-handed and its mounting is not stated.
 Finding LeftHanded(const CalibrateOptions& options, const MountingView& view) {
   const Triad triad = view.mirrored.front();
-  // The hemisphere is neither stated nor known by a dip.
+  // Whether the hemisphere is neither stated nor known from a dip.
   const bool is_side_guessed =
       !options.reference.is_hemisphere_stated && !options.reference.dip_rad.known();
   const std::string remedy =

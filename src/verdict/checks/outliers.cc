@@ -9,8 +9,9 @@
 
 namespace truetriad {
 
-// Refuses if over half of a sensor's poses were rejected, or over a quarter if the others do not
-// determine the parameters: the sensor's stated noise, or the model, does not fit the poses.
+// Refuses if over half of a sensor's poses were rejected: the sensor's stated noise, or the model,
+// then does not fit the poses. Over a quarter is enough if the other poses do not determine the
+// parameters.
 Findings CheckOutliers(const SettledRun& run, const SolvedRun& solved) {
   const bool determined = solved.determined && solved.system.rank() == solved.system.size();
   const double most = determined ? 0.5 : 0.25;

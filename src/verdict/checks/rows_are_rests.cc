@@ -19,7 +19,7 @@ constexpr double kSmoothShare = 0.35;
 // kCorrelatedSigmas times its σ by chance, 1 / sqrt(rows), it is due to accelerations by hand,
 // lever arms and turns.
 constexpr double kCorrelated = 0.3;
-// Normal noise exceeds it in one of 3.5 million tables.
+// Normal noise exceeds this many σ in one of 3.5 million tables.
 constexpr double kCorrelatedSigmas = 5.0;
 // Errors are clamped to this many σ, so that outliers do not dominate.
 constexpr double kMostSigmas = 3.0;
@@ -49,7 +49,7 @@ bool AreSmooth(const std::vector<Eigen::Vector3d>& force) {
   const std::size_t half = force.size() / 2;
   for (std::size_t i = 1; i < force.size(); ++i) {
     next.push_back((force[i] - force[i - 1]).norm());
-    // The other row is half the table away, plus an offset that matches no regular order.
+    // The second row of a pair is half the table away, plus an offset that fits no regular order.
     any.push_back((force[i] - force[(i + half + 37 * (i % 11)) % force.size()]).norm());
   }
   return Median(std::move(next)) < kSmoothShare * Median(std::move(any));

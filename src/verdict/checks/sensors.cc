@@ -16,7 +16,8 @@ namespace {
 constexpr double kFewDof = 10.0;
 // A cap of this radius is half of the sphere: if it has no pose, poses are one-sided.
 constexpr double kOneSidedGapDeg = 90.0;
-// A log is not raw if the biases of raw logs are so near to zero with a smaller probability.
+// A log is not raw if its biases are nearer to zero than a raw log's would be with this
+// probability.
 constexpr double kByChance = 1e-9;
 
 }  // namespace

@@ -18,20 +18,20 @@
 namespace truetriad {
 namespace {
 
-// The common error of each temperature's poses is drift if noise causes it in fewer than one of a
-// hundred runs.
+// Drift is an error that all poses of a temperature have in common. It is significant if noise
+// causes such errors in fewer than one of a hundred runs.
 constexpr double kDriftLevel = 0.01;
-// If the terms leave a smaller trace of noise, as a share of its degrees of freedom, the trace is
-// rounding.
+// If the temperature terms leave a smaller share of the noise (its trace over its degrees of
+// freedom), what they leave is rounding.
 constexpr double kRoundingShare = 1e-6;
-// Width of a setting as a share of the range.
+// Largest width of a chamber's setting, as a share of the temperature range.
 constexpr double kSameSetting = 0.05;
-// Least width of a setting, degC: the scatter of a thermometer.
+// The width above is at least this, degC: the scatter of a thermometer.
 constexpr double kSameDegc = 1.0;
 
 double WidthOf(double range_degc) { return std::max(kSameSetting * range_degc, kSameDegc); }
 
-// Indices of the temperatures in groups, coldest first.
+// Groups temperatures by settings of the chamber, coldest first. A group has indices in `degc`.
 std::vector<std::vector<std::size_t>> GroupByTemperature(const std::vector<double>& degc) {
   std::vector<std::size_t> order(degc.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -57,12 +57,12 @@ bool IsSeen(const PoseNode& node, Triad triad) {
   });
 }
 
-// The solution with a part of its poses, in which only the bias of one triad is free.
+// The solved graph with only the poses `nodes`; only the bias of `triad` is free in it.
 PoseGraph WithBiasAlone(const PoseGraph& graph, std::vector<PoseNode> nodes, Triad triad) {
   PoseGraph part = graph;
   part.nodes = std::move(nodes);
   for (PoseNode& node : part.nodes) {
-    // Its heading was determined by turns, which are removed.
+    // The pose's heading was determined by turns, which are removed here.
     if (node.kind == PoseKind::kRotation && !node.TellsHeading()) node.holds_heading = true;
   }
   part.increments.clear();
@@ -162,8 +162,8 @@ std::vector<TemperatureSetting> FindTemperatureSettings(const PoseGraph& graph) 
 
 namespace {
 
-// The change of the score if a triad's readings at one temperature have a common offset: three
-// columns of G for each temperature. Offsets o change the solution by M^-1 G o.
+// G has three columns for each temperature: the change of the gradient if a triad's readings at
+// this temperature have a common offset. Offsets o change the solution by M^-1 G o.
 Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& system, Triad triad) {
   const std::vector<std::vector<std::size_t>> groups = NodesByTemperature(graph);
   Eigen::MatrixXd G =
@@ -183,11 +183,12 @@ Eigen::MatrixXd OffsetColumns(const PoseGraph& graph, const ReducedSystem& syste
   return G;
 }
 
-// The terms, the bias and the rest of the model adapt to offsets o and leave L o of them. `trace`,
-// `dof`: trace of L L^T, and the degrees of freedom of the sum of squares of L o (Satterthwaite
-// 1946). Noise with covariance S at each temperature leaves L S, all effects on the solution
-// included. `noise_trace`, `noise_dof`: of L S scaled by the diagonal of S, as the settings' σ
-// scale a sum of squares. Unset if the bias is held, or if a temperature does not determine it.
+// If there are offsets o at the temperatures, the temperature terms, the bias and the rest of the
+// model adapt to them, and L o is left. `trace`, `dof`: the trace of L L^T, and the degrees of
+// freedom of |L o|^2 (Satterthwaite 1946). Noise with covariance S at each temperature leaves L S,
+// all effects on the solution included. `noise_trace`, `noise_dof`: the same of L S in units of the
+// settings' σ (diagonal of S). Unset if the bias is held, or if a temperature does not determine
+// it.
 struct Leftover {
   double trace = 0.0;
   double dof = 0.0;

@@ -41,7 +41,7 @@ Findings CheckStatedValues(const SettledRun& run, const SolvedRun& solved) {
   const double dof = solved.stated.quality.effective_dof;
   double furthest = FarInChi2(dof > 0.0 ? dof : std::numeric_limits<double>::infinity());
   const ScalarPrior* worst = nullptr;
-  double told_share = 0.0;  // by which readings reduce its variance
+  double told_share = 0.0;  // share of the prior's variance that readings remove
   for (const ScalarPrior& prior : graph.priors) {
     const Eigen::RowVectorXd row = graph.layout.basis.row(prior.index);
     const double left = row * solved.system.covariance() * row.transpose();

@@ -21,7 +21,7 @@ struct PoseTemperatures {
   Eigen::Vector2d range{std::numeric_limits<double>::infinity(),
                         -std::numeric_limits<double>::infinity()};
   int changing = 0;      // number of poses with too large a change
-  double largest = 0.0;  // change within one pose
+  double largest = 0.0;  // largest change within a pose, degC
   int worst = 0;         // number of that pose
 };
 

@@ -32,9 +32,10 @@ constexpr double kTurnedRad = 0.35;
 // Largest median error of the turns, rad, of an uncalibrated gyroscope in the right unit: a gain
 // error of a tenth is 0.31 in half a turn.
 constexpr double kExplainedRad = 0.3;
-// A factor explains the turns if its error is also smaller than the stated unit's by this ratio.
+// A factor explains the turns only if their error with it is smaller than their error with the
+// stated unit by this ratio.
 constexpr double kBetterBy = 3.0;
-// For a unit that never rests: the accelerometer's mean is over ± this time, 0.05 s.
+// If a unit never rests, its accelerometer's readings are averaged over ± this time, 0.05 s.
 constexpr double kMeanNs = 5e7;
 constexpr std::array<double, 4> kPiecesS = {0.25, 0.5, 1.0, 2.0};
 
@@ -44,7 +45,7 @@ struct SeenTurn {
   GyroMove move;
 };
 
-// The up direction by the uncalibrated accelerometer; if there is none, that of the field.
+// The up direction by the uncalibrated accelerometer; without one, the direction of the field.
 Eigen::Vector3d RoughUp(const StreamSummary& stream, const Eigen::Vector3d& reading_raw) {
   // For counts, zero force is nearer to the middle of the readings' range than to 0; so is zero
   // field if iron is near.
@@ -114,7 +115,7 @@ std::vector<SeenTurn> TurnsOfLength(const PoseSet& poses,
   return turns;
 }
 
-// The turns over pieces of one length: that length of kPiecesS which gives the most turns.
+// The turns over pieces of one length, which is that of kPiecesS with the most turns.
 std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& stream) {
   std::vector<SeenTurn> most;
   for (const double piece_s : kPiecesS) {
@@ -125,8 +126,8 @@ std::vector<SeenTurn> TurnsInMotion(const PoseSet& poses, const StreamSummary& s
   return most;
 }
 
-// Median angle between gravity measured after a turn and predicted by it, if a raw unit of each
-// axis is `truth_per_raw` rad/s.
+// Median angle between gravity as measured after a turn and as predicted by the turn, if a raw unit
+// of each axis is `truth_per_raw` rad/s.
 double TurnErrorAt(const std::vector<SeenTurn>& turns,
                    const Eigen::Vector3d& bias_raw,
                    const Eigen::Vector3d& truth_per_raw) {
@@ -145,7 +146,7 @@ double TurnErrorAt(const std::vector<SeenTurn>& turns,
 
 struct Explanation {
   double factor = 1.0;
-  std::optional<int> axis;  // the axis that has the factor; unset: all
+  std::optional<int> axis;  // the only axis with this factor; unset: all axes
   double error = kExplainedRad;
 };
 

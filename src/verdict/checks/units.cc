@@ -23,20 +23,21 @@ namespace {
 constexpr double kMostGain = 1.3;
 // With `units: trust`, there is a warning if a magnetometer's gain is wrong by a larger factor.
 constexpr double kOddGain = 5.0;
-// Largest ratio of one axis' gain to the other two: manufacture and nearly all soft iron stay
-// below.
+// Largest ratio of one axis' gain to the gains of the other two. Manufacture and nearly all soft
+// iron stay below it.
 constexpr double kOddAxis = 1.6;
 // Soft iron does not cause a gain of three times the other axes'.
 constexpr double kWrongAxis = 3.0;
 // Bias and a hand's accelerations make readings at most this factor longer or shorter than gravity.
 constexpr double kMostForce = 3.0;
-// A unit is recognised within this factor.
+// A unit is recognised if it fits the readings within this factor.
 constexpr double kUnitFactor = 1.25;
 // The Earth's field at its surface is 22 to 67 uT; in a building it may be half or double that.
 constexpr double kWeakestFieldUt = 20.0, kStrongestFieldUt = 70.0;
-// A field within this factor of the above limits is a warning only.
+// A field outside of the limits above is only a warning if it is within this factor of them.
 constexpr double kIndoors = 2.0;
-// Field that is assumed to recognise a unit; a field that is half or double would change no unit.
+// Field strength that is assumed when a unit is guessed; half or double this strength would give
+// the same unit.
 constexpr double kTypicalFieldUt = 50.0;
 // Below the first rate readings cannot follow the turns of a hand; no gyroscope exceeds the second.
 constexpr double kSlowestHz = 2.0, kFastestHz = 5e4;
@@ -51,7 +52,7 @@ constexpr double kColdestDegc = -100.0, kHottestDegc = 200.0;
 // Lengths that scatter by less were normalised: even the best raw sensors scatter a hundred times
 // as much by noise, bias and gains.
 constexpr double kConstantLength = 1e-4;
-// If readings are rounded coarsely, the limit rises up to this, ten times as much.
+// If readings are rounded coarsely, their rounding replaces kConstantLength, but at most this.
 constexpr double kRoundedLength = 1e-3;
 // Readings turn if the range of each axis is at least this share of their length.
 constexpr double kTurnedShare = 0.5;
@@ -125,7 +126,7 @@ std::optional<Finding> WhyFieldIsNotAsStated(const CalibrateOptions& options) {
       .With("strength", *field.value, "uT");
 }
 
-// Whether rests are too long to be rests of seconds in a hand.
+// Whether the rests seem far too long for a hand, which holds a unit still for seconds.
 bool AreRestsEndless(const PoseSet& poses) {
   std::vector<double> durations_s;
   for (const StaticPose& pose : poses.poses) durations_s.push_back(pose.duration_s());
@@ -249,7 +250,7 @@ std::optional<Finding> WhyForceIsNotAsStated(const PoseSet& poses,
       .With("gain", gain);
 }
 
-// Lengths of the readings; of a table, lengths of its rows.
+// The half of the readings (for a table, of its rows) whose lengths lie closest together.
 LengthSpread::Half LengthsOf(const PoseSet& poses, const StreamSummary& stream) {
   if (stream.length_raw > 0.0) {
     return {stream.length_raw, stream.length_scatter, stream.length_extent};

@@ -13,8 +13,8 @@
 
 namespace truetriad {
 
-// The known unit, or count of a usual range, that is `truth_per_raw` true units within 25 %:
-// "deg/s". Unset if there is none, or if it is `stated`.
+// The name of the known unit, or of the counts of a usual range, that equals `truth_per_raw` true
+// units within 25 %: "deg/s". Unset if there is none, or if it is `stated`.
 std::optional<std::string> LooksLike(Triad triad, double truth_per_raw, const Unit& stated);
 
 // True units per raw unit, for all known units of a sensor.
