@@ -512,6 +512,7 @@ void FaultSystem::StateRemlByRows(const PoseGraph& graph) {
     traces_[c] -= E[static_cast<std::size_t>(c)].trace();
 }
 
+// The restricted log likelihood without constants (N, M: reduced_system.h; L, Λ: fault_system.h):
 // -1/2 (log |V| + log |N| + log |M| + log |L L^T| - log |Λ| + r^T P r + |(h_0 - mean) / σ|^2).
 double FaultSystem::LogLikelihood() const {
   double sum = log_determinant_ + prior_square_ - along_.squaredNorm();

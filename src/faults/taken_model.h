@@ -26,7 +26,8 @@ class TakenModel {
 
   // Sets the columns of all accepted faults, and corrects the readings by Z h, h = added.at.
   void SetColumns(AddedColumns added);
-  // Estimates variances by REML with the present model, in at most `steps` steps.
+  // Estimates the excess variances of poses and of turns by REML, with all columns that the model
+  // has now, in at most `steps` steps.
   void SettleExcess(int steps);
   void SetExcess(const Eigen::VectorXd& v);
   // Sets a second variance component of turns, in addition to their excess; a new one starts at

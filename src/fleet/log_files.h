@@ -74,9 +74,9 @@ std::optional<Recorded> RecordedOf(const PoseSet& poses);
 /// (network folders, another user's file).
 bool IsBeingWritten(const std::string& file);
 
-/// The logs that have a run of one experiment and this program, and their state at that run. Memory
-/// holds a few 64-bit hashes for each log; if the names of two logs have the same hash, one of the
-/// logs is calibrated again.
+/// The logs that this program has already calibrated by one experiment, and each log's state then.
+/// Memory holds a few 64-bit hashes for each log; if the names of two logs have the same hash, one
+/// of the logs is calibrated again.
 class DoneLogs {
  public:
   /// No logs.

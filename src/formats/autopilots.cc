@@ -412,8 +412,8 @@ struct ParameterList {
     const auto found = ids.find(name);
     return found == ids.end() ? std::nullopt : std::optional(found->second);
   }
-  /// The number of the first parameter set whose ID (`pattern`) is `id`. If `id` is unset: that of
-  /// the first set without an ID.
+  /// The number of the first parameter set whose parameter `pattern`, its ID, has the value `id`.
+  /// If `id` is unset: the number of the first set without an ID.
   std::optional<int> SlotWith(const std::optional<std::int64_t>& id,
                               const std::string& pattern,
                               const Autopilot& autopilot,

@@ -30,7 +30,7 @@ struct ChainField {
   Triad triad;
   Field field;
 };
-/// The file format of one of the two programs.
+/// How Kalibr, or OpenVINS, lays out its file of a chain of sensors.
 struct Chain {
   std::string_view begin, model;
   bool has_blocks;  ///< In the file, each sensor has a map of its own.

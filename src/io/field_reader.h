@@ -24,10 +24,10 @@ namespace truetriad {
 // (io/field_schema.h) states its JSON Schema. Several documents may be read into one value: if a
 // document lacks a key, that field stays as it is.
 
-/// A word that may replace a map.
+/// A word that a file may state in place of a map, such as `auto`.
 struct MapWord {
   std::string_view word;
-  bool is_said = false;             ///< The word describes the present value.
+  bool is_said = false;             ///< Writers: the word stands for the present value.
   std::function<void()> take = {};  ///< Sets the value that the word stands for.
 };
 

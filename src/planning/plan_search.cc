@@ -25,7 +25,8 @@ constexpr int kStarts = 12;
 constexpr int kWeightRounds = 8;
 // Chosen: number of rounds without a better program after which the weights count as settled.
 constexpr int kIdleRounds = 3;
-// Chosen: one pose fewer is tried from so many starts; a quarter of all, to save time.
+// Chosen: number of starts of the search for a plan with one pose fewer: a quarter of kStarts, to
+// save time.
 constexpr int kSparingStarts = 3;
 // Prior σ of every parameter in units of the signal. It only bounds undetermined parameters.
 constexpr double kAnything = 10.0;

@@ -107,7 +107,8 @@ void CheckAxisTerms(Triad triad,
                     const SimulatedTriad& sensor,
                     const std::string& name,
                     Problems* problems) {
-  // Chosen: a tenth of the signal at 1 g; with far more the output would not be monotonic.
+  // Chosen: the most that a nonlinear term may add at 1 g, as a share of the signal. With far more,
+  // the output would not be monotonic.
   constexpr double kMostOfSignal = 0.1;
   const Eigen::Vector3d felt_at_1g =
       kStandardGravityMps2 * sensor.nominal.sensitivity.rowwise().norm();

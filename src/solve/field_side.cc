@@ -22,9 +22,9 @@ bool OtherSide::IsTold(double noise_dof) const { return !(std::abs(worse) < FarI
 
 std::optional<OtherSide> OtherSideOfField(const CalibrateOptions& options,
                                           const PoseGraph& solved) {
-  // If |sin dip| is larger, the other side is not tried: it is over 29 deg away. Readings that
-  // scatter by more than 6 deg are refused, so that even four poses, the fewest possible, exclude
-  // the other side by χ² = 4 (29 / 6)^2, about 100.
+  // If |sin dip| is larger, the dip of opposite sign is not tried: it is at least 2 asin 0.25 = 29
+  // deg away. Readings that scatter by more than 6 deg are refused, so that even four poses, the
+  // fewest possible, exclude that dip by χ² = 4 (29 / 6)^2, about 100.
   constexpr double kFarSine = 0.25;
   // A dip that is stated with a σ must exclude the opposite sign by this χ².
   constexpr double kFarChi2 = 100.0;

@@ -117,9 +117,9 @@ class Regression {
       constants_(i, problem.attitudes()[static_cast<std::size_t>(i)]) = used_[i];
     }
     SetLevels(LevelOfAttitudes(axis), &factors);
-    // A level is an attitude's reading at the reference temperature, where the other factors are
-    // zero: the regression itself estimates it. Chosen: 8 rounds, each of which starts from the
-    // levels of the previous round.
+    // The level of an attitude is its reading at the reference temperature, where all temperature
+    // factors are zero. Some columns contain levels, and the regression estimates them as well, so
+    // that each round uses the levels of the round before. Chosen: 8 rounds.
     constexpr int kRounds = 8;
     for (int round = 0; round < kRounds && products_.size() > 1; ++round) {
       const Eigen::VectorXd level = FitColumns(With(candidates_), reading_, weights_)

@@ -511,7 +511,8 @@ class FolderGivesWay {
 
   /// Keeps the new folder. The old folder gets `suffix`, or is removed if there is none.
   void Keep(const std::optional<std::string>& suffix) {
-    // Renamed before removal: if a kill left a part of NAME.aside, that part would be moved back.
+    // NAME.aside is renamed before it is removed: if the program is killed during the removal, the
+    // next run would otherwise restore the rest of NAME.aside as a result.
     std::error_code ignored;
     const std::string to = suffix ? Named(*suffix) : TemporaryNameBeside(folder_.string());
     if (fs::exists(Named(".aside"), ignored)) {
