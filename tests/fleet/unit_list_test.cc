@@ -150,7 +150,7 @@ TEST_F(UnitList, SaysWhereAListIsMalformed) {
            {"log,serial\na/u1.csv,\"1\na/u2.csv,2\n", "a quotation mark is not closed", 2},
            {"log,serial\n\na/u1.csv\n", "has 1 fields", 3},
            {"log,serial\n,7\n", "names no log", 2},
-           {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`, expected", 2},
+           {"log,recorded\na/u1.csv,noon\n", "recorded is `noon`; expected", 2},
            {"log,recorded\na/u1.csv,2199-01-01\n", "which is in the future", 2},
            {"log,serial\na/u1.csv,\xED\xA0\x80\n", "is not UTF-8", 2},
            {"log,serial\n", "no line names a log", 0}}) {

@@ -217,9 +217,8 @@ TEST(Import, SaysWhatItTakesForGranted) {
   EXPECT_THAT(result->notes,
               ElementsAre("magnetometer: the file has no COMPASS_OFS_Y; missing offsets are taken "
                           "as 0, missing scales as 1",
-                          "magnetometer: the file does not determine the rotation from the "
-                          "board's axes to those of its correction (AHRS_ORIENTATION); assumed "
-                          "not rotated"));
+                          "magnetometer: the file does not say how it is mounted on the board "
+                          "(AHRS_ORIENTATION); assumed not rotated"));
 }
 
 TEST(Import, TakesTheTemperatureTermsWithASensorsNumber) {
