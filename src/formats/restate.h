@@ -60,9 +60,9 @@ std::vector<double> ChebyshevFit(const std::function<double(double)>& function,
 
 // By how much the results of `equation` differ from the truth: true vectors on a sphere (its radius
 // is gravity, field strength or pi rad/s), at the calibrated temperatures. `restated.whole`
-// predicts the readings for these vectors. `calibration` is the original; its covariance gives the σ of each corrected
-// reading. If the format drops terms in the rate of temperature, only at_rates contains their
-// effect.
+// predicts the readings for these vectors. `calibration` is the original; its covariance gives the
+// σ of each corrected reading. If the format drops terms in the rate of temperature, only at_rates
+// contains their effect.
 ExportLoss LossOf(Triad triad,
                   const Equation& equation,
                   const Restated& restated,

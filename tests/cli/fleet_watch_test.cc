@@ -184,9 +184,10 @@ TEST_F(FleetWatch, CountsRetestsAsThePolicyOfTheStoreSays) {
   // The same recordings again are no attempts.
   EXPECT_THAT(Run(run).err, IsEmpty());
   Log("line/u1", 3);
-  EXPECT_THAT(Run(run).err,
-              HasSubstr("u1: this is recording 3 of the unit; the store keeps it, but only the first "
-                        "2 recordings can decide the unit's verdict"));
+  EXPECT_THAT(
+      Run(run).err,
+      HasSubstr("u1: this is recording 3 of the unit; the store keeps it, but only the first "
+                "2 recordings can decide the unit's verdict"));
   const Finished other = Run(run + "--retest-counts=last");
   EXPECT_EQ(other.exit_code, 1);
   EXPECT_THAT(other.err, HasSubstr("state the same"));
