@@ -4,13 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <string>
 
 #include <glog/logging.h>
 
 #include "base/messages.h"
-#include "base/wide_registers.h"
 #include "data/window_statistics.h"
 #include "math/distributions.h"
 #include "model/mechanisms.h"
@@ -134,49 +132,22 @@ struct Known {
   Eigen::VectorXd one, value, square;
 };
 
-// Sums over pairs of which both values are known.
-struct PairSums {
-  double n = 0.0, a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0;
-};
-
-TRUETRIAD_WIDE_REGISTERS void SumPairs(
-    const Known& a, Eigen::Index from_a, const Known& b, Eigen::Index from_b, PairSums* sums) {
-  using Four [[gnu::vector_size(32)]] = double;
-  const Eigen::Index count = std::min(a.one.size() - from_a, b.one.size() - from_b);
-  Four n{}, sa{}, sb{}, saa{}, sbb{}, sab{};
-  Eigen::Index k = 0;
-  for (; k + 4 <= count; k += 4) {
-    Four a_one, a_value, a_square, b_one, b_value, b_square;
-    std::memcpy(&a_one, a.one.data() + from_a + k, sizeof(Four));
-    std::memcpy(&a_value, a.value.data() + from_a + k, sizeof(Four));
-    std::memcpy(&a_square, a.square.data() + from_a + k, sizeof(Four));
-    std::memcpy(&b_one, b.one.data() + from_b + k, sizeof(Four));
-    std::memcpy(&b_value, b.value.data() + from_b + k, sizeof(Four));
-    std::memcpy(&b_square, b.square.data() + from_b + k, sizeof(Four));
-    n += a_one * b_one, sab += a_value * b_value;
-    sa += a_value * b_one, sb += a_one * b_value;
-    saa += a_square * b_one, sbb += a_one * b_square;
-  }
-  for (int i = 0; i < 4; ++i) {
-    sums->n += n[i], sums->a += sa[i], sums->b += sb[i];
-    sums->aa += saa[i], sums->bb += sbb[i], sums->ab += sab[i];
-  }
-  for (; k < count; ++k) {
-    const Eigen::Index i = from_a + k, j = from_b + k;
-    sums->n += a.one[i] * b.one[j], sums->ab += a.value[i] * b.value[j];
-    sums->a += a.value[i] * b.one[j], sums->b += a.one[i] * b.value[j];
-    sums->aa += a.square[i] * b.one[j], sums->bb += a.one[i] * b.square[j];
-  }
-}
-
-// Correlation of a(t) with b(t + lag); 0 if there are too few pairs.
+// The correlation of a[i] with b[i + lag], over the pairs of which both values are known.
 Correlation CorrelationAt(const Known& a, const Known& b, int lag) {
-  PairSums sums;
-  SumPairs(a, std::max(0, -lag), b, std::max(0, lag), &sums);
-  if (sums.n < kFewestPairs) return {};
-  const double va = sums.aa - sums.a * sums.a / sums.n, vb = sums.bb - sums.b * sums.b / sums.n;
-  if (!(va > 0.0) || !(vb > 0.0)) return {};
-  return {(sums.ab - sums.a * sums.b / sums.n) / std::sqrt(va * vb), sums.n};
+  const Eigen::Index from_a = std::max(0, -lag), from_b = std::max(0, lag);
+  const Eigen::Index count = std::min(a.one.size() - from_a, b.one.size() - from_b);
+  if (count < kFewestPairs) return {};
+  const auto sum = [&](const Eigen::VectorXd& of_a, const Eigen::VectorXd& of_b) {
+    return of_a.segment(from_a, count).dot(of_b.segment(from_b, count));
+  };
+  const double pairs = sum(a.one, b.one);
+  if (pairs < kFewestPairs) return {};
+  const double mean_a = sum(a.value, b.one) / pairs, mean_b = sum(a.one, b.value) / pairs;
+  const double variance_a = sum(a.square, b.one) - pairs * mean_a * mean_a;
+  const double variance_b = sum(a.one, b.square) - pairs * mean_b * mean_b;
+  if (!(variance_a > 0.0) || !(variance_b > 0.0)) return {};
+  const double covariance = sum(a.value, b.value) - pairs * mean_a * mean_b;
+  return {covariance / std::sqrt(variance_a * variance_b), pairs};
 }
 
 // Median duration of the rests, s.
