@@ -372,24 +372,20 @@ StackedRows FaultSystem::ProjectedByFactors(const FaultColumn& column) const {
 }
 
 StackedRows FaultSystem::Projected(const FaultColumn& column) const {
-  if (!is_dense())
-    return WithoutShared(ProjectedByFactors(column),
-                         column.Transposed(projected_columns()).leftCols(size()).transpose(),
-                         column.Transposed(U_).transpose());
-  return column.Transposed(P_).transpose();
+  if (is_dense()) return column.Transposed(P_).transpose();
+  StackedRows PZ = ProjectedByFactors(column);
+  if (size() > 0) {
+    const Eigen::MatrixXd ZB = column.Transposed(projected_columns()).leftCols(size());
+    PZ -= ProductOfRows(BM(), StackedRows(ZB.transpose()));
+  }
+  if (U_.cols() > 0) PZ -= StackedRows(U_ * column.Transposed(U_).transpose());
+  return PZ;
 }
 
 StackedRows FaultSystem::Projected(const StackedRows& y) const {
-  return WithoutShared(Project(y), TransposeTimesRows(B(), y), TransposeTimesRows(U_, y));
-}
-
-// P y, from D y, B^T y and U^T y.
-StackedRows FaultSystem::WithoutShared(StackedRows Dy,
-                                       const Eigen::MatrixXd& By,
-                                       const Eigen::MatrixXd& Uy) const {
-  if (size() > 0) Dy -= ProductOfRows(BM(), StackedRows(By));
-  if (U_.cols() > 0) Dy -= StackedRows(U_ * Uy);
-  return Dy;
+  StackedRows Py = ReducedSystem::Projected(y);
+  if (U_.cols() > 0) Py -= StackedRows(U_ * TransposeTimesRows(U_, y));
+  return Py;
 }
 
 Eigen::Matrix3d FaultSystem::BlockOfP(Eigen::Index row) const {

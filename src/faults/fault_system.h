@@ -145,9 +145,6 @@ class FaultSystem : public ReducedSystem {
   StackedRows ProjectedByFactors(const FaultColumn& column) const;
   void StateRemlDense();
   void StateRemlByRows(const PoseGraph& graph);
-  StackedRows WithoutShared(StackedRows Dy,
-                            const Eigen::MatrixXd& By,
-                            const Eigen::MatrixXd& Uy) const;
   const Factor& FactorOf(Eigen::Index row) const;
   Eigen::Matrix3d BlockOfP(Eigen::Index row) const;
   Eigen::MatrixXd InformationByFactors(const std::vector<FaultColumn>& columns) const;

@@ -248,8 +248,7 @@ PerTriad<ClockError> ClockErrorsOf(const std::vector<Moment>& moments,
       row += 3;
     }
   }
-  Eigen::Matrix2d information = Z.transpose() * system.Project(Z) -
-                                (Z.transpose() * system.BM()) * (system.B().transpose() * Z);
+  Eigen::Matrix2d information = Z.transpose() * system.Projected(Z);
   const Eigen::Array2<bool> is_seen = information.diagonal().array() > 0.0;
   if (!is_seen[0]) information(0, 0) = 1.0;
   if (!is_seen[1]) information(1, 1) = 1.0;

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "math/dense/products.h"
+
 namespace truetriad {
 namespace {
 
@@ -41,6 +43,12 @@ void ReducedSystem::Complete(const PoseGraph& graph) {
   projected_ = projected_columns().col(size());
   if (size() > 0) projected_ += B() * step();
   ProductOfRows(projected_columns(), covariance(), &BM_);
+}
+
+StackedRows ReducedSystem::Projected(const StackedRows& y) const {
+  StackedRows Py = Project(y);
+  if (size() > 0) Py -= ProductOfRows(BM(), StackedRows(TransposeTimesRows(B(), y)));
+  return Py;
 }
 
 Eigen::Matrix3d ReducedSystem::ProjectorBlock(std::size_t factor, Eigen::Index row) const {

@@ -35,6 +35,8 @@ class ReducedSystem : public LinearisedGraph {
   // BM() is B M^-1, and projected() are the residuals P r, both for the rows of all factors.
   const StackedRows& BM() const { return BM_; }
   const Eigen::VectorXd& projected() const { return projected_; }
+  // P y, for any number of columns.
+  StackedRows Projected(const StackedRows& y) const;
 
   // The information M, with its covariance, rank and step.
   const SharedInformation& shared() const { return shared_; }
