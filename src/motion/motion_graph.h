@@ -84,8 +84,8 @@ MotionNoiseState ChooseMotionNoise(const PoseSet& poses,
 // One round: updates the robust weights, then the variances, as the squared residuals divided by
 // their redundancy (Foerstner 1979). The variances are multiplied by the residuals' long-run ratio
 // along the chain: a hand's accelerations are not white, and their density at low frequencies
-// counts. Variances are never below `stated`. `system` is that of the graph and is eliminated again
-// at the end. Returns the largest relative change of a density.
+// counts. Variances are never below `stated` and `seen`. `system` is that of the graph and is
+// eliminated again at the end. Returns the largest relative change of a density.
 double UpdateMotionNoise(const RobustOptions& robust,
                          const MotionTrack& track,
                          std::vector<Moment>* moments,

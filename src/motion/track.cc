@@ -42,6 +42,59 @@ struct TurnSums {
   }
 };
 
+// The body's rotations along a chain of nodes by the gyroscope's readings. A reading is the mean
+// rate over an interval about its time: half of the time to the next reading has the rate of this
+// reading, and the other half that of the next.
+class ChainTurns {
+ public:
+  // `rate_radps`: the rate at each reading. All three must outlive this.
+  ChainTurns(const std::vector<double>& time_s,
+             const std::vector<Eigen::Vector3d>& rate_radps,
+             const std::vector<Moment>& nodes)
+      : time_s_(time_s),
+        rate_radps_(rate_radps),
+        nodes_(nodes),
+        to_reading_(time_s.size(), Eigen::Quaterniond::Identity()),
+        whole_(nodes.size(), Eigen::Quaterniond::Identity()) {
+    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
+      for (std::size_t i = nodes[k].reading; i < nodes[k + 1].reading; ++i) {
+        const double half_s = 0.5 * (time_s[i + 1] - time_s[i]);
+        Eigen::Quaterniond& next = i + 1 == nodes[k + 1].reading ? whole_[k] : to_reading_[i + 1];
+        next = to_reading_[i] * RotationExp(half_s * (rate_radps[i] + rate_radps[i + 1]));
+      }
+    }
+  }
+
+  // From node k to the next node.
+  const Eigen::Quaterniond& Whole(std::size_t k) const { return whole_[k]; }
+  // From node k to a time between the readings i and i + 1, neither of which is beyond the next
+  // node.
+  Eigen::Quaterniond At(std::size_t k, std::size_t i, double time_s) const {
+    if (Nearest(i, time_s) == i) return To(to_reading_[i], i, time_s);
+    return To(i + 1 == nodes_[k + 1].reading ? whole_[k] : to_reading_[i + 1], i + 1, time_s);
+  }
+  // The rate at a time between the readings i and i + 1.
+  const Eigen::Vector3d& RateAt(std::size_t i, double time_s) const {
+    return rate_radps_[Nearest(i, time_s)];
+  }
+
+ private:
+  std::size_t Nearest(std::size_t i, double time_s) const {
+    const bool is_next =
+        i + 1 < time_s_.size() && time_s - time_s_[i] > 0.5 * (time_s_[i + 1] - time_s_[i]);
+    return is_next ? i + 1 : i;
+  }
+  Eigen::Quaterniond To(const Eigen::Quaterniond& reading, std::size_t i, double time_s) const {
+    return reading * RotationExp((time_s - time_s_[i]) * rate_radps_[i]);
+  }
+
+  const std::vector<double>& time_s_;
+  const std::vector<Eigen::Vector3d>& rate_radps_;
+  const std::vector<Moment>& nodes_;
+  std::vector<Eigen::Quaterniond> to_reading_;  // from the last node before a reading
+  std::vector<Eigen::Quaterniond> whole_;       // from each node to the next
+};
+
 // Removes each piece of the chain in which no reading of the leading sensor shows the attitude.
 void RemoveUntied(Triad leading, std::vector<Moment>* nodes) {
   std::size_t kept = 0;
@@ -164,46 +217,22 @@ std::vector<Moment> MotionTrack::NodesEvery(double spacing_s) const {
   return nodes;
 }
 
-std::size_t MotionTrack::NearestReading(std::size_t before, double time_s) const {
-  const bool is_next =
-      before + 1 < time_s_.size() && time_s - time_s_[before] > time_s_[before + 1] - time_s;
-  return before + (is_next ? 1 : 0);
+std::vector<Eigen::Vector3d> MotionTrack::RatesBy(const GyroModel* gyroscope) const {
+  std::vector<Eigen::Vector3d> rate_radps(time_s_.size(), Eigen::Vector3d::Zero());
+  if (gyroscope == nullptr) return rate_radps;
+  const Eigen::Matrix3d correction = gyroscope->triad.Correction();
+  for (std::size_t i = 0; i < rate_radps.size(); ++i) {
+    Eigen::Vector3d raw = rate_raw_[i] - gyroscope->triad.bias;
+    if (!force_mps2_.empty()) raw -= gyroscope->g_sensitivity * force_mps2_[i];
+    rate_radps[i] = correction * raw;
+  }
+  return rate_radps;
 }
 
 std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyroscope) const {
   std::vector<Moment> nodes = NodesEvery(spacing_s);
-
-  // For every reading: the rotation from the last node before it to the reading.
-  std::vector<Eigen::Quaterniond> turns(time_s_.size(), Eigen::Quaterniond::Identity());
-  const Eigen::Matrix3d correction =
-      gyroscope != nullptr ? gyroscope->triad.Correction() : Eigen::Matrix3d::Zero();
-  const auto rate = [&](std::size_t i) -> Eigen::Vector3d {
-    if (gyroscope == nullptr) return Eigen::Vector3d::Zero();
-    Eigen::Vector3d raw = rate_raw_[i] - gyroscope->triad.bias;
-    if (!force_mps2_.empty()) raw -= gyroscope->g_sensitivity * force_mps2_[i];
-    return correction * raw;
-  };
-  std::vector<Eigen::Quaterniond> whole_turns(nodes.size(), Eigen::Quaterniond::Identity());
-  for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
-    for (std::size_t i = nodes[k].reading; i < nodes[k + 1].reading; ++i) {
-      const double half_s = 0.5 * (time_s_[i + 1] - time_s_[i]);
-      const bool is_last = i + 1 == nodes[k + 1].reading;
-      (is_last ? whole_turns[k] : turns[i + 1]) =
-          turns[i] * RotationExp(half_s * (rate(i) + rate(i + 1)));
-    }
-  }
-  // From node k, before reading i + 1, to a time between the readings i and i + 1. A reading is the
-  // mean rate over an interval about its time, so that half of the time to the next reading has the
-  // rate of this reading, and the other half that of the next.
-  const auto turn_at = [&](std::size_t k, std::size_t i, double time_s) -> Eigen::Quaterniond {
-    const bool is_inside = k + 1 < nodes.size() && i + 1 < time_s_.size();
-    if (!is_inside || time_s - time_s_[i] <= 0.5 * (time_s_[i + 1] - time_s_[i])) {
-      return turns[i] * RotationExp((time_s - time_s_[i]) * rate(i));
-    }
-    const bool is_last = i + 1 == nodes[k + 1].reading;
-    return (is_last ? whole_turns[k] : turns[i + 1]) *
-           RotationExp((time_s - time_s_[i + 1]) * rate(i + 1));
-  };
+  const std::vector<Eigen::Vector3d> rate_radps = RatesBy(gyroscope);
+  const ChainTurns turns(time_s_, rate_radps, nodes);
   for (const Triad triad : {Triad::kAccelerometer, Triad::kMagnetometer}) {
     const Vectors& readings = vectors_[triad];
     const double reach_s = 0.5 * spacing_s_[Triad::kGyroscope];
@@ -221,10 +250,10 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
       Eigen::Quaterniond turned = Eigen::Quaterniond::Identity();  // from the node to the reading
       std::size_t at = k;
       if (nodes[k].is_linked) {
-        turned = turn_at(k, i, time_s);
+        turned = turns.At(k, i, time_s);
         if (since_s > until_s) {
           at = k + 1;
-          turned = whole_turns[k].conjugate() * turned;
+          turned = turns.Whole(k).conjugate() * turned;
         }
       } else if (std::abs(since_s) > reach_s) {
         // If a reading lies in a gap of the gyroscope, it belongs to no node.
@@ -235,7 +264,7 @@ std::vector<Moment> MotionTrack::Gather(double spacing_s, const GyroModel* gyros
       seen.mean_raw += readings.reading_raw[j];
       const Eigen::Matrix3d turn = turned.conjugate().toRotationMatrix();
       seen.turn += turn;
-      seen.turn_per_s += Skew(rate(NearestReading(i, time_s))) * turn;
+      seen.turn_per_s += Skew(turns.RateAt(i, time_s)) * turn;
       ++seen.count;
       sums[at].Add(time_s - TimeOf(nodes[at]), RotationLog(turned));
     }

@@ -88,8 +88,8 @@ class MotionTrack {
     std::vector<double> time_s;
     std::vector<Eigen::Vector3d> reading_raw;
   };
-  // Of the gyroscope's readings `before` and the next one, the one nearer to a time.
-  std::size_t NearestReading(std::size_t before, double time_s) const;
+  // The rate at each reading of the gyroscope, by its model; zero if that is null.
+  std::vector<Eigen::Vector3d> RatesBy(const GyroModel* gyroscope) const;
   // Nodes every `spacing_s`, and at both ends of each interval without gyroscope data.
   std::vector<Moment> NodesEvery(double spacing_s) const;
   struct Span {
